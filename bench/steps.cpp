@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Time of one filter step against the same step written by hand, all in one binary and on the same data.
+#include <benchmark/benchmark.h>
+
+#include <array>
+#include <jml/filter/recursive.hpp>
+
+#include "../tests/models/dense.hpp"
+#include "../tests/models/radar.hpp"
+#include "../tests/models/van_der_pol.hpp"
+#include "limit.hpp"
+
+namespace {
+
+/// A model pair, a start and a period of 64 measurements around a nominal trajectory, repeated.
+template <typename D, typename S>
+struct Case {
+  static constexpr int n = jml::states_of<D>, p = jml::measurements_of<S>;
+  D dynamics;
+  S sensor;
+  jml::Estimate<double, n> start;
+  std::array<jml::Vector<double, p>, 64> y;
+};
+
+using VanDerPol = Case<models::VanDerPol, models::SaturatingPosition>;
+using Radar = Case<models::BallisticTarget, models::Radar>;
+using Dense = Case<models::DenseDynamics<15>, models::DenseSensor<15, 6>>;
+
+VanDerPol make_n2() {
+  VanDerPol c;
+  c.start = {{0.5, 0}, 0.1 * jml::Matrix<double, 2, 2>::Identity()};
+  jml::Vector<double, 2> x{1, 0};
+  for (int i = 0; i < 64; ++i) {
+    x = c.dynamics.dynamics(x);
+    c.y[i] = c.sensor.measurement(x);
+    c.y[i](0) += 0.1 * std::sin(7.0 * i);
+  }
+  return c;
+}
+
+Radar make_n6() {
+  Radar c;
+  c.dynamics.gravity = 0;  // a level track that 64 samples can repeat without ever reaching the ground
+  jml::Vector<double, 6> x;
+  x << 40, 25, 12, -0.4, 0.1, 0.02;
+  c.start.x = x;
+  c.start.P = 1e-2 * jml::Matrix<double, 6, 6>::Identity();
+  for (int i = 0; i < 64; ++i) {
+    const double angle = 2 * 3.141592653589793 * i / 64;
+    jml::Vector<double, 6> at = x;
+    at(0) += 0.5 * std::sin(angle);
+    at(1) += 0.5 * std::cos(angle);
+    c.y[i] = c.sensor.measurement(at);
+  }
+  return c;
+}
+
+Dense make_n15() {
+  Dense c;
+  c.start.P = 0.1 * jml::Matrix<double, 15, 15>::Identity();
+  jml::Vector<double, 15> x;
+  for (int i = 0; i < 15; ++i) x(i) = std::sin(1.0 + i);
+  for (int i = 0; i < 64; ++i) {
+    for (int j = 0; j < 15; ++j) x(j) = std::sin(1.0 + j + 2 * 3.141592653589793 * i / 64);
+    c.y[i] = c.sensor.measurement(x);
+  }
+  return c;
+}
+
+template <typename Rule, typename Case>
+void library_step(benchmark::State& state, const Rule& rule, const Case& c) {
+  jml::Filter filter{rule, c.dynamics, c.start};
+  int i = 0;
+  for (auto _ : state) {
+    const auto report = filter.step(c.sensor, c.y[i]);
+    if (!jml::usable(report.status)) state.SkipWithError(jml::describe(report.status));
+    benchmark::DoNotOptimize(filter);
+    i = (i + 1) % 64;
+  }
+}
+
+template <bool symmetric, typename Case>
+void limit_step(benchmark::State& state, const Case& c) {
+  constexpr int n = Case::n, p = Case::p;
+  limit::State<n> estimate;
+  Eigen::Map<jml::Vector<double, n>>(estimate.x) = c.start.x;
+  limit::copy(c.start.P, estimate.P);
+  limit::Square<n> noise;
+  limit::Square<p> R;
+  const bool valid = jml::detail::ProcessNoise<double, decltype(c.dynamics)>(c.dynamics).with(
+      c.dynamics, c.start.x, jml::Instant<double>{}, [&](const auto& GQG) { limit::copy(GQG, noise); });
+  if (!valid) state.SkipWithError("Q is no covariance");
+  limit::copy(jml::Matrix<double, p, p>(c.sensor.noise_covariance()), R);
+  int i = 0;
+  for (auto _ : state) {
+    if constexpr (symmetric) limit::ekf_step<n, p>(c.dynamics, c.sensor, noise, R, c.y[i], estimate);
+    else limit::jml_step<n, p>(c.dynamics, c.sensor, noise, R, c.y[i], estimate);
+    benchmark::DoNotOptimize(estimate);
+    i = (i + 1) % 64;
+  }
+}
+
+template <typename Case>
+void register_case(const std::string& size, const Case& c) {
+  benchmark::RegisterBenchmark(("limit_step/" + size).c_str(), [c](benchmark::State& s) { limit_step<true>(s, c); });
+  benchmark::RegisterBenchmark(("ekf_step/" + size).c_str(), [c](benchmark::State& s) { library_step(s, jml::Ekf{}, c); });
+  benchmark::RegisterBenchmark(("jml_limit_step/" + size).c_str(), [c](benchmark::State& s) { limit_step<false>(s, c); });
+  benchmark::RegisterBenchmark(("jml_step/" + size).c_str(), [c](benchmark::State& s) { library_step(s, jml::Jml{}, c); });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  register_case("n2", make_n2());
+  register_case("n6", make_n6());
+  register_case("n15", make_n15());
+  benchmark::Initialize(&argc, argv);
+  benchmark::RunSpecifiedBenchmarks();
+}

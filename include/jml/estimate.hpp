@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The pair that every filter carries from sample to sample.
+#pragma once
+
+#include <jml/linear_algebra.hpp>
+
+namespace jml {
+
+/// A state estimate and its Riccati matrix.
+///
+/// x: n, in the units of the model. P: n×n. For the symmetric rules (Kalman, EKF, SDDRE) P is the
+/// covariance of x to first order; for the JML rule it is the nonsymmetric Riccati matrix of eq. (9) and
+/// NOT a covariance.
+template <typename Scalar, int n>
+struct Estimate {
+  static constexpr int states = n;
+  Vector<Scalar, n> x = Vector<Scalar, n>::Zero();
+  Matrix<Scalar, n, n> P = Matrix<Scalar, n, n>::Zero();
+};
+
+template <typename Scalar, int n>
+Estimate(const Vector<Scalar, n>&, const Matrix<Scalar, n, n>&) -> Estimate<Scalar, n>;
+
+}  // namespace jml

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The filter: a rule, a model and an estimate that moves from sample to sample.
+#pragma once
+
+#include <jml/riccati/difference.hpp>
+#include <utility>
+
+namespace jml {
+
+/// A recursive estimator.
+///
+///     jml::Filter filter{jml::Ekf{}, VanDerPol{}, jml::Estimate{x0, P0}};
+///     const auto report = filter.step(SaturatingPosition{}, y);
+///
+/// Rule: Kalman, Ekf, Sddre, Jml, Iekf, IteratedJml. Every refusal leaves estimate and time as they were.
+/// Fixed size, no heap, no exceptions; objects are independent of each other.
+template <typename Rule, typename D, typename Scalar = double>
+class Filter {
+  using Traits = DynamicsTraits<D>;
+  static_assert(detail::require_discrete<D>());
+
+ public:
+  static constexpr int states = Traits::states;
+  using State = Vector<Scalar, states>;
+  using Covariance = Matrix<Scalar, states, states>;
+  using Control = Vector<Scalar, Traits::controls>;
+  using At = Instant<Scalar, Traits::controls>;
+  template <typename S>
+  using Report = StepReport<Scalar, states, measurements_of<S>>;
+  template <typename S>
+  using Measurement = Vector<Scalar, measurements_of<S>>;
+
+  /// `initial.P`: symmetric positive semidefinite; zero means x is known exactly. `time`: s, of `initial`.
+  /// A bad one does not throw: status() names it, and every step answers it until reset() gives a good one.
+  Filter(Rule rule, D dynamics, const Estimate<Scalar, states>& initial, double time = 0)
+      : rule_(std::move(rule)), dynamics_(std::move(dynamics)), process_noise_(dynamics_) {
+    reset(initial, time);
+  }
+
+  /// Innovation gate for every step and update; off by default.
+  Gate gate;
+
+  /// Starts again from another estimate.
+  Status reset(const Estimate<Scalar, states>& estimate, double time) {
+    estimate_ = estimate;
+    time_ = time;
+    return status_ = check_estimate(rule_, estimate);
+  }
+
+  /// Predict over dt and correct with y, the measurement at its end. dt: s, zero or positive; a model that
+  /// reads neither dt nor time may leave it out. control: held over the step.
+  template <typename S>
+  [[nodiscard]] Report<S> step(const S& sensor, const Measurement<S>& y, Scalar dt, const Control& control = Control::Zero()) {
+    Report<S> report;
+    report.status = status_;
+    if (status_ != Status::ok) return report;
+    Estimate<Scalar, states> next;
+    const At at{time_, dt, control};
+    detail::step_into(rule_, dynamics_, process_noise_, sensor, estimate_, y, at, gate, report, next);
+    accept(report.status, next, dt);
+    return report;
+  }
+  template <typename S>
+  [[nodiscard]] Report<S> step(const S& sensor, const Measurement<S>& y) {
+    static_assert(!reads_instant<Scalar, D>(), "jml: this model reads time, dt or control: pass dt, step(sensor, y, dt)");
+    return step(sensor, y, Scalar(0));
+  }
+  /// A single measurement as a plain number.
+  template <typename S>
+    requires(measurements_of<S> == 1)
+  [[nodiscard]] Report<S> step(const S& sensor, Scalar y, Scalar dt, const Control& control = Control::Zero()) {
+    return step(sensor, Measurement<S>(y), dt, control);
+  }
+  template <typename S>
+    requires(measurements_of<S> == 1)
+  [[nodiscard]] Report<S> step(const S& sensor, Scalar y) {
+    return step(sensor, Measurement<S>(y));
+  }
+
+  /// A step without a measurement.
+  [[nodiscard]] Status predict(Scalar dt, const Control& control = Control::Zero()) {
+    if (status_ != Status::ok) return status_;
+    const auto result = jml::predict(rule_, dynamics_, process_noise_, estimate_, At{time_, dt, control});
+    accept(result.status, result.estimate, dt);
+    return result.status;
+  }
+  [[nodiscard]] Status predict() {
+    static_assert(!reads_instant<Scalar, D>(), "jml: this model reads time, dt or control: pass dt, predict(dt)");
+    return predict(Scalar(0));
+  }
+
+  /// Correct with a measurement of the present time: a second sensor, or after predict().
+  template <typename S>
+  [[nodiscard]] Report<S> update(const S& sensor, const Measurement<S>& y) {
+    Report<S> report;
+    report.status = status_;
+    if (status_ != Status::ok) return report;
+    const auto result = jml::update(rule_, sensor, estimate_, y, At{time_, Scalar(0), Control::Zero()}, gate);
+    accept(result.report.status, result.estimate, Scalar(0));
+    return result.report;
+  }
+  template <typename S>
+    requires(measurements_of<S> == 1)
+  [[nodiscard]] Report<S> update(const S& sensor, Scalar y) {
+    return update(sensor, Measurement<S>(y));
+  }
+
+  [[nodiscard]] Status status() const { return status_; }  ///< of the estimate and the constants of the model
+  [[nodiscard]] const State& x() const { return estimate_.x; }
+  [[nodiscard]] const Covariance& P() const { return estimate_.P; }
+  [[nodiscard]] const Estimate<Scalar, states>& estimate() const { return estimate_; }
+  [[nodiscard]] double time() const { return time_; }  ///< s
+  [[nodiscard]] const D& dynamics() const { return dynamics_; }
+  [[nodiscard]] const Rule& rule() const { return rule_; }
+
+ private:
+  void accept(Status status, const Estimate<Scalar, states>& next, Scalar dt) {
+    if (!usable(status)) return;
+    estimate_ = next;
+    time_ += static_cast<double>(dt);
+  }
+
+  [[no_unique_address]] Rule rule_;
+  [[no_unique_address]] D dynamics_;
+  detail::ProcessNoise<Scalar, D> process_noise_;
+  Estimate<Scalar, states> estimate_;
+  double time_ = 0;
+  Status status_ = Status::ok;
+};
+
+template <typename Rule, typename D, typename Scalar, int n>
+Filter(Rule, D, const Estimate<Scalar, n>&, double = 0) -> Filter<Rule, D, Scalar>;
+
+}  // namespace jml

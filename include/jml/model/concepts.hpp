@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What counts as a model, and the sentences a user reads when theirs does not.
+#pragma once
+
+#include <concepts>
+#include <jml/model/functions.hpp>
+
+namespace jml {
+
+template <typename D>
+concept Dynamics = requires {
+  { DynamicsTraits<D>::states } -> std::convertible_to<int>;
+};
+
+template <typename D>
+concept DiscreteDynamics = Dynamics<D> && std::is_same_v<typename DynamicsTraits<D>::time_domain, DiscreteTime>;
+
+template <typename D>
+concept ContinuousDynamics = Dynamics<D> && std::is_same_v<typename DynamicsTraits<D>::time_domain, ContinuousTime>;
+
+template <typename S>
+concept Sensor = requires {
+  { SensorTraits<S>::measurements } -> std::convertible_to<int>;
+};
+
+/// True where f, f_x, G or Q of this model take an Instant: then a step needs its dt.
+template <typename Scalar, typename D>
+constexpr bool reads_instant() {
+  using X = Vector<Scalar, states_of<D>>;
+  using At = Instant<Scalar, DynamicsTraits<D>::controls>;
+  using T = DynamicsTraits<D>;
+  return requires(const D& d, const X& x, const At& at) { T::dynamics(d, x, at); } ||
+         requires(const D& d, const X& x, const At& at) { T::jacobian(d, x, at); } ||
+         requires(const D& d, const X& x, const At& at) { T::disturbance_input(d, x, at); } ||
+         requires(const D& d, const X& x, const At& at) { T::disturbance_covariance(d, x, at); } ||
+         requires(const D& d, const X& x, const At& at) { T::disturbance_mean(d, x, at); };
+}
+
+namespace detail {
+
+/// Compile-time checks of a discrete model, each with the user's mistake in words.
+template <typename D>
+consteval bool require_discrete() {
+  static_assert(requires { DynamicsTraits<D>::states; },
+                "jml: a dynamics model needs `static constexpr int states` (or a DynamicsTraits specialisation)");
+  static_assert(DiscreteDynamics<D>,
+                "jml: this dynamics model is continuous in time: wrap it in jml::discretize before giving it to a "
+                "discrete filter");
+  static_assert(!requires(const D& d) { d.disturbance_spectral_density(); },
+                "jml: disturbance_spectral_density() belongs to continuous dynamics; a discrete model has "
+                "disturbance_covariance(), a covariance per step");
+  return true;
+}
+
+template <typename S>
+consteval bool require_sensor() {
+  static_assert(requires { SensorTraits<S>::measurements; },
+                "jml: a sensor needs `static constexpr int measurements` (or a SensorTraits specialisation)");
+  return true;
+}
+
+}  // namespace detail
+
+}  // namespace jml

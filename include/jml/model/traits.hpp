@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What a model supplies: the two traits that look into a user's struct, and may be specialised from outside.
+///
+/// A dynamics struct has `states`, usually `disturbances`, and functions named as below; a sensor struct has
+/// `measurements` and its own. Every function may take (x), (x, at) with an Instant, and G, Q, R and the
+/// disturbance mean also nothing at all. What is missing is derived (model/functions.hpp).
+///
+/// For a type that cannot be edited, specialise DynamicsTraits or SensorTraits with the same static members,
+/// the model as first argument: `static auto dynamics(const TheirType& model, const auto& x)`.
+#pragma once
+
+#include <jml/model/instant.hpp>
+#include <utility>
+
+namespace jml {
+
+/// `using time_domain = jml::ContinuousTime;` says that dynamics(x) is a derivative and not the next state.
+struct ContinuousTime {};
+struct DiscreteTime {};
+
+namespace detail {
+
+template <typename Model>
+constexpr int controls_of() {
+  if constexpr (requires { Model::controls; }) return Model::controls;
+  else return 0;
+}
+
+template <typename Model>
+constexpr int disturbances_of() {
+  if constexpr (requires { Model::disturbances; }) return Model::disturbances;
+  else if constexpr (requires { &Model::disturbance_covariance; }) return Model::states;
+  else return 0;
+}
+
+template <typename Model>
+constexpr bool is_linear() {
+  if constexpr (requires { Model::linear; }) return Model::linear;
+  else return false;
+}
+
+template <typename Model>
+struct TimeDomain {
+  using type = DiscreteTime;
+};
+template <typename Model>
+  requires requires { typename Model::time_domain; }
+struct TimeDomain<Model> {
+  using type = typename Model::time_domain;
+};
+
+}  // namespace detail
+
+/// Dynamics x⁺ = f(x) + G (w̄ + w), cov w = Q; or ẋ = f(x) + G w with spectral density Q of w.
+template <typename Model>
+struct DynamicsTraits {
+  static constexpr int states = Model::states;                               ///< n
+  static constexpr int disturbances = detail::disturbances_of<Model>();      ///< q; default: n with a covariance, else 0
+  static constexpr int controls = detail::controls_of<Model>();              ///< entries of at.control; default 0
+  static constexpr bool linear = detail::is_linear<Model>();                 ///< promises f_x constant in x
+  using time_domain = typename detail::TimeDomain<Model>::type;              ///< default DiscreteTime
+
+  /// f(x), n.
+  template <typename... A>
+  static constexpr auto dynamics(const Model& m, const A&... a) requires requires { m.dynamics(a...); } { return m.dynamics(a...); }
+  /// f_x(x), n×n. Optional.
+  template <typename... A>
+  static constexpr auto jacobian(const Model& m, const A&... a) requires requires { m.dynamics_jacobian(a...); } { return m.dynamics_jacobian(a...); }
+  /// F(x) with F(x) x = f(x) - f(0), n×n. Optional.
+  template <typename... A>
+  static constexpr auto sdc(const Model& m, const A&... a) requires requires { m.dynamics_sdc(a...); } { return m.dynamics_sdc(a...); }
+  /// F(x; r) with F (x - r) = f(x) - f(r), arguments (x, r) or (x, r, at), n×n. Optional.
+  template <typename... A>
+  static constexpr auto sdc_about(const Model& m, const A&... a) requires requires { m.dynamics_sdc_about(a...); } { return m.dynamics_sdc_about(a...); }
+  /// G, n×q. Optional where q = n: the identity.
+  template <typename... A>
+  static constexpr auto disturbance_input(const Model& m, const A&... a) requires requires { m.disturbance_input(a...); } { return m.disturbance_input(a...); }
+  /// Q of discrete dynamics, a covariance per step, q×q.
+  template <typename... A>
+  static constexpr auto disturbance_covariance(const Model& m, const A&... a) requires requires { m.disturbance_covariance(a...); } { return m.disturbance_covariance(a...); }
+  /// Q of continuous dynamics, a two-sided spectral density, q×q.
+  template <typename... A>
+  static constexpr auto disturbance_spectral_density(const Model& m, const A&... a) requires requires { m.disturbance_spectral_density(a...); } { return m.disturbance_spectral_density(a...); }
+  /// w̄, q: a known part of the disturbance, eqs. (11)-(12). Optional: zero.
+  template <typename... A>
+  static constexpr auto disturbance_mean(const Model& m, const A&... a) requires requires { m.disturbance_mean(a...); } { return m.disturbance_mean(a...); }
+};
+
+/// Sensor y = m(x) + v, cov v = R.
+template <typename Model>
+struct SensorTraits {
+  static constexpr int measurements = Model::measurements;    ///< p
+  static constexpr bool linear = detail::is_linear<Model>();  ///< promises m_x constant in x
+
+  /// m(x), p.
+  template <typename... A>
+  static constexpr auto measurement(const Model& m, const A&... a) requires requires { m.measurement(a...); } { return m.measurement(a...); }
+  /// m_x(x), p×n. Optional.
+  template <typename... A>
+  static constexpr auto jacobian(const Model& m, const A&... a) requires requires { m.measurement_jacobian(a...); } { return m.measurement_jacobian(a...); }
+  /// M(x) with M(x) x = m(x) - m(0), p×n. Optional.
+  template <typename... A>
+  static constexpr auto sdc(const Model& m, const A&... a) requires requires { m.measurement_sdc(a...); } { return m.measurement_sdc(a...); }
+  /// M(x; r) with M (x - r) = m(x) - m(r), arguments (x, r) or (x, r, at), p×n. Optional.
+  template <typename... A>
+  static constexpr auto sdc_about(const Model& m, const A&... a) requires requires { m.measurement_sdc_about(a...); } { return m.measurement_sdc_about(a...); }
+  /// R, p×p, symmetric positive definite.
+  template <typename... A>
+  static constexpr auto noise_covariance(const Model& m, const A&... a) requires requires { m.noise_covariance(a...); } { return m.noise_covariance(a...); }
+  /// y - ŷ where subtraction is not enough (angles: wrap to [-π, π]), arguments (y, ŷ), p. Optional.
+  template <typename... A>
+  static constexpr auto residual(const Model& m, const A&... a) requires requires { m.residual(a...); } { return m.residual(a...); }
+};
+
+}  // namespace jml

@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The one difference recursion behind Kalman, EKF, SDDRE and JML (Rusnak 2015, Table 1), in gain form.
+///
+/// N = A P Bᵀ + G Q Gᵀ; S = R + E N Dᵀ; K = N Dᵀ S⁻¹; P⁺ = N - K E N, which is [N⁻¹ + Dᵀ R⁻¹ E]⁻¹ without
+/// inverting N: P_0 = 0 and a rank-deficient G Q Gᵀ are ordinary, and P⁺ Dᵀ R⁻¹ = K. (The print of (7) has P_i in the
+/// update; it is P_{i+1}.) A symmetric rule factors S = L D Lᵀ and mirrors one triangle, so P stays exactly
+/// symmetric; a nonsymmetric one uses LU with column exchanges.
+#pragma once
+
+#include <jml/gate.hpp>
+#include <jml/kernels.hpp>
+#include <jml/riccati/gain_rule.hpp>
+#include <jml/riccati/report.hpp>
+
+namespace jml {
+
+namespace detail {
+
+template <typename Scalar, int controls>
+Status check_instant(const Instant<Scalar, controls>& at) {
+  if (!(at.dt >= Scalar(0)) || !std::isfinite(at.dt) || !std::isfinite(at.time)) return Status::invalid_time_step;
+  if constexpr (controls > 0) {
+    if (!all_finite(at.control)) return Status::invalid_control;
+  }
+  return Status::ok;
+}
+
+/// Q is finite, symmetric and positive semidefinite.
+template <typename Scalar, int q>
+bool is_covariance(const Matrix<Scalar, q, q>& Q) {
+  if (is_diagonal(Q)) return (Q.diagonal().array() >= Scalar(0)).all() && all_finite(Q);
+  return all_finite(Q) && is_symmetric(Q) && is_definite<Definite::positive_or_zero>(Q);
+}
+
+/// G Q Gᵀ of discrete dynamics, n×n. Where G and Q are constants it is formed and checked once, here; a filter
+/// keeps this object beside its dynamics. Otherwise it is formed at each step, frozen at the estimate.
+template <typename Scalar, typename D>
+class ProcessNoise {
+  using Traits = DynamicsTraits<D>;
+  static constexpr int n = Traits::states, q = Traits::disturbances;
+  using X = Vector<Scalar, n>;
+  using At = Instant<Scalar, Traits::controls>;
+  static constexpr bool identity_input = !has_disturbance_input<D, X, At>();
+  static constexpr bool constant =
+      q == 0 || (requires(const D& d) { Traits::disturbance_covariance(d); } &&
+                 (identity_input || requires(const D& d) { Traits::disturbance_input(d); }));
+
+ public:
+  explicit ProcessNoise(const D& d) {
+    if constexpr (constant) valid_ = form(d, X::Zero(), At{}, noise_);
+  }
+
+  /// False where Q is not finite, not symmetric or indefinite, or G is not finite.
+  template <typename Function>
+  [[nodiscard]] bool with(const D& d, const X& x, const At& at, const Function& use) const {
+    if constexpr (constant) {
+      if (valid_) use(noise_);
+      return valid_;
+    } else {
+      Matrix<Scalar, n, n> noise;
+      const bool valid = form(d, x, at, noise);
+      if (valid) use(noise);
+      return valid;
+    }
+  }
+
+ private:
+  static bool form(const D& d, const X& x, const At& at, Matrix<Scalar, n, n>& out) {
+    out.setZero();
+    if constexpr (q > 0) {
+      const Matrix<Scalar, q, q> Q = disturbance_covariance(d, x, at);
+      if (!is_covariance(Q)) return false;
+      if constexpr (identity_input) {
+        out = Q;
+      } else {
+        const Matrix<Scalar, n, q> G = disturbance_input(d, x, at);
+        Matrix<Scalar, n, q> GQ;
+        kernel::product(G, Q, GQ);
+        kernel::add_symmetric_product<1>(out, GQ, G, out);
+        return all_finite(out);
+      }
+    }
+    return true;
+  }
+
+  struct Nothing {};
+  [[no_unique_address]] std::conditional_t<constant, Matrix<Scalar, n, n>, Nothing> noise_{};
+  bool valid_ = true;
+};
+
+/// The sensor's time is the end of the step.
+template <typename At>
+At at_sample(At at) {
+  at.time += static_cast<double>(at.dt);
+  return at;
+}
+
+/// R is finite, symmetric, positive definite.
+template <typename Scalar, int p>
+bool is_noise_covariance(const Matrix<Scalar, p, p>& R) {
+  if (is_diagonal(R)) return (R.diagonal().array() > Scalar(0)).all() && all_finite(R);
+  return all_finite(R) && is_symmetric(R) && is_definite<Definite::positive>(R);
+}
+
+/// K and P⁺ from N: the algebra of one correction, for slots D and E (p×n).
+/// False where S is singular (or, in a symmetric rule, not positive definite).
+template <bool symmetric, typename Scalar, int n, int p>
+bool correct_riccati(const Matrix<Scalar, n, n>& N, const Matrix<Scalar, p, n>& slot_d, const Matrix<Scalar, p, n>& slot_e,
+                     const Matrix<Scalar, p, p>& R, Matrix<Scalar, p, p>& S, Matrix<Scalar, n, p>& gain,
+                     Matrix<Scalar, n, n>& P) {
+  Matrix<Scalar, n, p> ND;
+  kernel::product_transposed(N, slot_d, ND);
+  if constexpr (symmetric) {
+    kernel::add_product<1>(R, slot_d, ND, S);
+    kernel::SymmetricFactor<Scalar, p> factor;
+    if (!factor.factor(S)) return false;
+    Matrix<Scalar, n, p> v, scaled;
+    factor.right_solve(ND, v, scaled, gain);
+    kernel::add_symmetric_product<-1>(N, scaled, v, P);
+  } else {
+    kernel::add_product<1>(R, slot_e, ND, S);
+    kernel::GeneralFactor<Scalar, p> factor;
+    const Vector<Scalar, p> scale = [&] {
+      if constexpr (p == 1) return R;
+      else return Vector<Scalar, p>(R.diagonal().cwiseSqrt());
+    }();
+    if (!factor.factor(S, scale)) return false;
+    factor.right_solve(ND, gain);
+    Matrix<Scalar, p, n> EN;
+    kernel::product(slot_e, N, EN);
+    kernel::add_product<-1>(N, gain, EN, P);
+  }
+  return true;
+}
+
+/// P is finite and, in a symmetric rule, has no variance below the rounding of what it was before.
+template <bool symmetric, typename Scalar, int n>
+bool is_sound(const Matrix<Scalar, n, n>& P, const Matrix<Scalar, n, n>& N) {
+  if constexpr (symmetric) {
+    constexpr Scalar slack = Scalar(16) * std::numeric_limits<Scalar>::epsilon();
+    bool positive = true;
+    for (int i = 0; i < n; ++i) positive &= P(i, i) >= -slack * N(i, i);
+    if (!positive) return false;
+  }
+  return all_finite(P);
+}
+
+template <typename Rule, bool linear>
+consteval bool require_linear_if_kalman() {
+  if constexpr (requires { Rule::linear_only; }) {
+    static_assert(linear,
+                  "jml: Kalman is for linear models: say `static constexpr bool linear = true;` in it, or use Ekf");
+  }
+  return true;
+}
+
+/// predict() into the caller's x̄ and N, which are touched on refusal too. N is not asked to be finite.
+template <typename Rule, typename D, typename Scalar, int n, typename At>
+Status predict_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>& process_noise,
+                    const Estimate<Scalar, n>& prior, const At& at, Vector<Scalar, n>& x, Matrix<Scalar, n, n>& N) {
+  if (const Status status = check_instant(at); status != Status::ok) return status;
+  if (!all_finite(prior.x)) return Status::invalid_state;
+  x = predicted_state(d, prior.x, at);
+  const Vector<Scalar, n>& point = Rule::evaluated_at == EvaluatedAt::estimate ? prior.x : x;
+  const Matrix<Scalar, n, n> A = dynamics_slot<Rule::A>(rule, d, point, prior.x, at);
+  Matrix<Scalar, n, n> AP;
+  kernel::product(A, prior.P, AP);
+  const bool valid = process_noise.with(d, prior.x, at, [&](const Matrix<Scalar, n, n>& noise) {
+    if constexpr (Rule::A == Rule::B) {
+      kernel::add_symmetric_product<1>(noise, AP, A, N);
+    } else {
+      kernel::add_product_transposed<1>(noise, AP, dynamics_slot<Rule::B>(rule, d, point, prior.x, at), N);
+    }
+  });
+  if (!valid) return Status::invalid_disturbance_covariance;
+  return all_finite(x) ? Status::ok : Status::dynamics_not_finite;
+}
+
+/// Why N is not finite.
+template <typename Scalar, int n>
+Status blame(const Estimate<Scalar, n>& prior) {
+  return all_finite(prior.P) ? Status::dynamics_not_finite : Status::invalid_covariance;
+}
+
+/// update() of x̄, N into the caller's x and P, which are touched on refusal too. A measurement that the gate
+/// rejects leaves the prediction in them.
+template <typename Rule, typename S, typename Scalar, int n, int p, typename At>
+void update_into(const Rule& rule, const S& s, const Vector<Scalar, n>& prediction, const Matrix<Scalar, n, n>& N,
+                 const Vector<Scalar, p>& y, const At& at, const Gate& gate, StepReport<Scalar, n, p>& report,
+                 Vector<Scalar, n>& x, Matrix<Scalar, n, n>& P) {
+  const auto answer = [&report](Status status) { report.status = status; };
+  if (!gate.valid()) return answer(Status::invalid_option);
+  if (!all_finite(y)) return answer(Status::invalid_measurement);
+  const Matrix<Scalar, p, p> R = noise_covariance(s, prediction, at);
+  if (!is_noise_covariance(R)) return answer(Status::invalid_noise_covariance);
+  report.innovation = measurement_residual(s, y, measurement(s, prediction, at));
+  if (!all_finite(report.innovation)) {
+    return answer(all_finite(prediction) ? Status::sensor_not_finite : Status::invalid_state);
+  }
+  const Matrix<Scalar, p, n> slot_d = sensor_slot<Rule::D>(rule, s, prediction, prediction, at);
+  bool regular = false;
+  if constexpr (Rule::D == Rule::E) {
+    regular = correct_riccati<Rule::symmetric>(N, slot_d, slot_d, R, report.innovation_matrix, report.gain, P);
+  } else {
+    const Matrix<Scalar, p, n> slot_e = sensor_slot<Rule::E>(rule, s, prediction, prediction, at);
+    regular = correct_riccati<Rule::symmetric>(N, slot_d, slot_e, R, report.innovation_matrix, report.gain, P);
+  }
+  if (regular && !gate.off()) {
+    report.gate = gate.passes(report.nis(), p) ? Verdict::accepted : Verdict::rejected;
+    if (report.gate == Verdict::rejected) {
+      x = prediction;
+      P = N;
+      return;
+    }
+  }
+  kernel::add_product<1>(prediction, report.gain, report.innovation, x);
+  if (regular && is_sound<Rule::symmetric>(P, N) && all_finite(x)) return;
+  if (!all_finite(N)) return answer(Status::invalid_covariance);
+  if (!all_finite(slot_d) || (regular && !all_finite(report.innovation_matrix))) return answer(Status::sensor_not_finite);
+  answer(regular ? Status::covariance_lost : Status::singular_innovation);
+}
+
+}  // namespace detail
+
+/// What a prior must be: finite, and P symmetric positive semidefinite; for a nonsymmetric rule, whose later P are
+/// no covariances, the symmetric part of P.
+template <typename Rule, typename Scalar, int n>
+[[nodiscard]] Status check_estimate(const Rule&, const Estimate<Scalar, n>& estimate) {
+  if (!all_finite(estimate.x)) return Status::invalid_state;
+  if (!all_finite(estimate.P)) return Status::invalid_covariance;
+  if (Rule::symmetric && !is_symmetric(estimate.P)) return Status::invalid_covariance;
+  const Matrix<Scalar, n, n> symmetric_part = (estimate.P + estimate.P.transpose()) / Scalar(2);
+  return is_definite<Definite::positive_or_zero>(symmetric_part) ? Status::ok : Status::invalid_covariance;
+}
+
+/// Propagates an estimate over a step: x̄ = f(x̂) + G w̄, N = A P Bᵀ + G Q Gᵀ.
+/// Refuses a bad Instant, a prior or a model that is not finite, a varying Q that is no covariance. That P is a
+/// covariance is trusted here: check_estimate asks it once.
+template <OnePassRule Rule, typename D, typename Scalar, int n>
+[[nodiscard]] PredictResult<Scalar, n> predict(const Rule& rule, const D& d,
+                                               const detail::ProcessNoise<Scalar, D>& process_noise,
+                                               const Estimate<Scalar, n>& prior,
+                                               const Instant<Scalar, DynamicsTraits<D>::controls>& at = {}) {
+  static_assert(detail::require_discrete<D>() && detail::require_linear_if_kalman<Rule, DynamicsTraits<D>::linear>());
+  static_assert(states_of<D> == n, "jml: the estimate has not as many states as the dynamics");
+  PredictResult<Scalar, n> out;
+  out.status = detail::predict_into(rule, d, process_noise, prior, at, out.estimate.x, out.estimate.P);
+  if (out.status == Status::ok && !all_finite(out.estimate.P)) out.status = detail::blame(prior);
+  if (out.status != Status::ok) out.estimate = prior;
+  return out;
+}
+
+template <OnePassRule Rule, typename D, typename Scalar, int n>
+[[nodiscard]] PredictResult<Scalar, n> predict(const Rule& rule, const D& d, const Estimate<Scalar, n>& prior,
+                                               const Instant<Scalar, DynamicsTraits<D>::controls>& at = {}) {
+  return predict(rule, d, detail::ProcessNoise<Scalar, D>(d), prior, at);
+}
+
+/// Corrects an estimate with a measurement of the same instant: x⁺ = x̄ + K (y - m(x̄)), P⁺ = N - K E N.
+/// `at`: the time of the sample. Refuses y, R, gate or a sensor model that is not sound, and a singular S.
+template <OnePassRule Rule, typename S, typename Scalar, int n, int controls = 0>
+[[nodiscard]] StepResult<Scalar, n, measurements_of<S>> update(const Rule& rule, const S& s, const Estimate<Scalar, n>& prior,
+                                                               const Vector<Scalar, measurements_of<S>>& y,
+                                                               const Instant<Scalar, controls>& at = {}, const Gate& gate = {}) {
+  static_assert(detail::require_sensor<S>() && detail::require_linear_if_kalman<Rule, SensorTraits<S>::linear>());
+  StepResult<Scalar, n, measurements_of<S>> out;
+  detail::update_into(rule, s, prior.x, prior.P, y, at, gate, out.report, out.estimate.x, out.estimate.P);
+  if (!usable(out.report.status)) out.estimate = prior;
+  return out;
+}
+
+namespace detail {
+
+/// step() with the process noise kept by the caller; `out` is touched on refusal too.
+template <typename Rule, typename D, typename S, typename Scalar, int n, int p, typename At>
+void step_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>& process_noise, const S& s,
+               const Estimate<Scalar, n>& prior, const Vector<Scalar, p>& y, const At& at, const Gate& gate,
+               StepReport<Scalar, n, p>& report, Estimate<Scalar, n>& out) {
+  static_assert(require_discrete<D>() && require_sensor<S>());
+  static_assert(require_linear_if_kalman<Rule, DynamicsTraits<D>::linear>() &&
+                require_linear_if_kalman<Rule, SensorTraits<S>::linear>());
+  static_assert(states_of<D> == n, "jml: the estimate has not as many states as the dynamics");
+  Vector<Scalar, n> x;
+  Matrix<Scalar, n, n> N;
+  report.status = predict_into(rule, d, process_noise, prior, at, x, N);
+  if (report.status != Status::ok) return;
+  update_into(rule, s, x, N, y, at_sample(at), gate, report, out.x, out.P);
+  if (report.status == Status::invalid_covariance) report.status = blame(prior);
+}
+
+}  // namespace detail
+
+/// One whole step, eq. (14), (16) or (17): predict over at.dt, then correct with y of its end.
+template <OnePassRule Rule, typename D, typename S, typename Scalar, int n>
+[[nodiscard]] StepResult<Scalar, n, measurements_of<S>> step(const Rule& rule, const D& d, const S& s,
+                                                             const Estimate<Scalar, n>& prior,
+                                                             const Vector<Scalar, measurements_of<S>>& y,
+                                                             const Instant<Scalar, DynamicsTraits<D>::controls>& at = {},
+                                                             const Gate& gate = {}) {
+  StepResult<Scalar, n, measurements_of<S>> out;
+  detail::step_into(rule, d, detail::ProcessNoise<Scalar, D>(d), s, prior, y, at, gate, out.report, out.estimate);
+  if (!usable(out.report.status)) out.estimate = prior;
+  return out;
+}
+
+}  // namespace jml

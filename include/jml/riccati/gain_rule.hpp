@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Table 1 of the JML paper (Rusnak 2015) as types: which matrix stands in each slot of the one recursion
+///   N = A P Bᵀ + G Q Gᵀ,   P⁺ = [N⁻¹ + Dᵀ R⁻¹ E]⁻¹,   gain P⁺ Dᵀ R⁻¹.
+///
+/// |        | A   | B   | D   | E   |                      |
+/// |--------|-----|-----|-----|-----|----------------------|
+/// | EKF    | f_x | f_x | m_x | m_x | eq. (16)             |
+/// | SDDRE  | F   | F   | M   | M   | eq. (17)             |
+/// | JML    | F   | f_x | m_x | M   | eq. (14), nonsymmetric |
+#pragma once
+
+#include <jml/model/concepts.hpp>
+
+namespace jml {
+
+/// What stands in a slot.
+enum class Slot { jacobian, sdc };
+
+/// Where A and B are evaluated. Eq. (9) with x_{i/i+1} ≅ x̂_i gives the estimate, which is also the textbook
+/// EKF; eqs. (14), (16), (17) print the prediction x̄_{i+1}.
+enum class EvaluatedAt { estimate, prediction };
+
+/// A row of the table, the reference point of its SDC matrices, and the point of A and B.
+template <Slot a, Slot b, Slot d, Slot e, typename Reference_ = AboutOrigin, EvaluatedAt point = EvaluatedAt::estimate>
+struct GainRule {
+  using Reference = Reference_;
+  static constexpr Slot A = a, B = b, D = d, E = e;
+  static constexpr bool symmetric = a == b && d == e;  ///< P is symmetric, a covariance to first order
+  static constexpr EvaluatedAt evaluated_at = point;
+  static constexpr bool about_origin = std::is_same_v<Reference, AboutOrigin>;
+  static constexpr bool about_estimate = std::is_same_v<Reference, AboutEstimate>;
+  static constexpr bool uses_sdc = a == Slot::sdc || b == Slot::sdc || d == Slot::sdc || e == Slot::sdc;
+
+  [[no_unique_address]] Reference reference{};
+
+  /// The reference point r of F(x; r), given the estimate it would follow.
+  template <typename Scalar, int n>
+  constexpr Vector<Scalar, n> reference_point(const Vector<Scalar, n>& estimate) const {
+    if constexpr (about_origin) return Vector<Scalar, n>::Zero();
+    else if constexpr (about_estimate) return estimate;
+    else return reference.point.template cast<Scalar>();
+  }
+};
+
+/// The linear Kalman filter, eq. (7). Refuses at compile time a model that does not say it is linear.
+struct Kalman : GainRule<Slot::jacobian, Slot::jacobian, Slot::jacobian, Slot::jacobian> {
+  static constexpr bool linear_only = true;
+};
+
+/// The extended Kalman filter, eq. (16).
+template <EvaluatedAt point = EvaluatedAt::estimate>
+struct Ekf : GainRule<Slot::jacobian, Slot::jacobian, Slot::jacobian, Slot::jacobian, AboutOrigin, point> {};
+
+/// The state-dependent difference Riccati equation filter, eq. (17).
+template <typename Reference = AboutOrigin, EvaluatedAt point = EvaluatedAt::estimate>
+struct Sddre : GainRule<Slot::sdc, Slot::sdc, Slot::sdc, Slot::sdc, Reference, point> {
+  constexpr Sddre() = default;
+  constexpr explicit Sddre(const Reference& reference) { this->reference = reference; }
+};
+
+/// The one-pass (non-iterative) joint maximum likelihood filter, eq. (14).
+template <typename Reference = AboutOrigin, EvaluatedAt point = EvaluatedAt::estimate>
+struct Jml : GainRule<Slot::sdc, Slot::jacobian, Slot::jacobian, Slot::sdc, Reference, point> {
+  constexpr Jml() = default;
+  constexpr explicit Jml(const Reference& reference) { this->reference = reference; }
+};
+
+/// A rule of the one-pass recursion.
+template <typename Rule>
+concept OnePassRule = requires {
+  { Rule::symmetric } -> std::convertible_to<bool>;
+  { Rule::A } -> std::convertible_to<Slot>;
+} && !requires { typename Rule::Inner; };
+
+/// F(x; r) or f_x(x), as the slot says.
+template <Slot slot, typename Rule, typename Scalar, int n, typename D, typename At>
+Matrix<Scalar, n, n> dynamics_slot(const Rule& rule, const D& d, const Vector<Scalar, n>& x,
+                                   const Vector<Scalar, n>& estimate, const At& at) {
+  if constexpr (slot == Slot::jacobian) {
+    return dynamics_jacobian(d, x, at);
+  } else {
+    return dynamics_sdc<Rule::about_origin>(d, x, rule.reference_point(estimate), at);
+  }
+}
+
+/// M(x; r) or m_x(x), as the slot says.
+template <Slot slot, typename Rule, typename Scalar, int n, typename S, typename At>
+Matrix<Scalar, measurements_of<S>, n> sensor_slot(const Rule& rule, const S& s, const Vector<Scalar, n>& x,
+                                                  const Vector<Scalar, n>& prediction, const At& at) {
+  if constexpr (slot == Slot::jacobian) {
+    return measurement_jacobian(s, x, at);
+  } else {
+    return measurement_sdc<Rule::about_origin>(s, x, rule.reference_point(prediction), at);
+  }
+}
+
+}  // namespace jml

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What every step reports beside the estimate.
+#pragma once
+
+#include <cstdint>
+#include <jml/estimate.hpp>
+#include <jml/kernels.hpp>
+#include <jml/status.hpp>
+
+namespace jml {
+
+/// The gate's verdict on the measurement.
+enum class Verdict : std::uint8_t {
+  off,       ///< no gate was asked for; the measurement was used
+  accepted,  ///< it passed and was used
+  rejected,  ///< it did not pass: the estimate is the prediction
+};
+
+/// Who found the root of an implicit step.
+enum class Solver : std::uint8_t {
+  none,                 ///< a one-pass rule: nothing to solve
+  picard,               ///< eq. (9) swept as printed
+  anderson,             ///< Anderson acceleration of the Gauss-Newton sweep
+  newton,               ///< damped Newton on the two ground-truth lines
+  levenberg_marquardt,  ///< the core's net: whitened least squares, then Newton
+  ceres,                ///< the same net, with Ceres (component jml::ceres)
+};
+
+/// One correction, accepted or not.
+template <typename Scalar, int n, int p>
+struct StepReport {
+  Status status = Status::ok;
+  Verdict gate = Verdict::off;
+  Vector<Scalar, p> innovation = Vector<Scalar, p>::Zero();               ///< y - m(prediction), units of y
+  Matrix<Scalar, p, p> innovation_matrix = Matrix<Scalar, p, p>::Zero();  ///< S = R + E N Dᵀ
+  Matrix<Scalar, n, p> gain = Matrix<Scalar, n, p>::Zero();               ///< K = P⁺ Dᵀ R⁻¹
+  // Of an iterated rule only:
+  Solver solver = Solver::none;
+  int iterations = 0;   ///< sweeps or steps of all solvers together
+  Scalar residual = 0;  ///< of the two ground-truth lines, relative to the state scale
+  Scalar cost = 0;      ///< one-step criterion (11) at the root
+  Vector<Scalar, n> smoothed = Vector<Scalar, n>::Zero();  ///< x_{i/i+1}: the previous state, seen from here
+
+  /// Normalised innovation squared, innovationᵀ sym(S)⁻¹ innovation. NaN where sym(S) is not positive
+  /// definite, which a nonsymmetric rule may give.
+  [[nodiscard]] Scalar nis() const {
+    kernel::SymmetricFactor<Scalar, p> factor;
+    const Matrix<Scalar, p, p> symmetric_part = (innovation_matrix + innovation_matrix.transpose()) / Scalar(2);
+    if (!factor.factor(symmetric_part)) return std::numeric_limits<Scalar>::quiet_NaN();
+    return factor.squared_norm(innovation);
+  }
+};
+
+/// A step's answer. On refusal `estimate` is the prior, bit by bit.
+template <typename Scalar, int n, int p>
+struct StepResult {
+  Estimate<Scalar, n> estimate;
+  StepReport<Scalar, n, p> report;
+};
+
+/// A prediction's answer. On refusal `estimate` is the prior, bit by bit.
+template <typename Scalar, int n>
+struct PredictResult {
+  Estimate<Scalar, n> estimate;
+  Status status = Status::ok;
+};
+
+}  // namespace jml
