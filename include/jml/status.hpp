@@ -28,6 +28,16 @@ enum class Status : std::uint8_t {
   not_a_trajectory,                ///< the criterion J is not defined for this sequence of states
 };
 
+/// Who found the root of an implicit step.
+enum class Solver : std::uint8_t {
+  none,                 ///< a one-pass rule: nothing to solve
+  picard,               ///< eq. (9) swept as printed
+  anderson,             ///< Anderson acceleration of the Gauss-Newton sweep
+  newton,               ///< damped Newton on the two ground-truth lines
+  levenberg_marquardt,  ///< the core's net: whitened least squares, then Newton
+  ceres,                ///< the same net, with Ceres (component jml::ceres)
+};
+
 /// True where the result may be used (it replaced the estimate).
 [[nodiscard]] constexpr bool usable(Status status) {
   return status == Status::ok || status == Status::accepted_at_rounding || status == Status::accepted_at_limit;
@@ -55,6 +65,18 @@ enum class Status : std::uint8_t {
     case Status::not_a_trajectory: return "refused: the states are no trajectory of the model";
   }
   return "unknown status";
+}
+
+[[nodiscard]] constexpr const char* describe(Solver solver) {
+  switch (solver) {
+    case Solver::none: return "none";
+    case Solver::picard: return "Picard";
+    case Solver::anderson: return "Anderson";
+    case Solver::newton: return "Newton";
+    case Solver::levenberg_marquardt: return "Levenberg-Marquardt";
+    case Solver::ceres: return "Ceres";
+  }
+  return "unknown solver";
 }
 
 }  // namespace jml

@@ -114,6 +114,13 @@ constexpr bool has_disturbance_input() {
          requires(const D& d, const X& x, const At& at) { T::disturbance_input(d, x, at); };
 }
 
+template <typename D, typename X, typename At>
+constexpr bool has_disturbance_mean() {
+  using T = DynamicsTraits<D>;
+  return requires(const D& d) { T::disturbance_mean(d); } || requires(const D& d, const X& x) { T::disturbance_mean(d, x); } ||
+         requires(const D& d, const X& x, const At& at) { T::disturbance_mean(d, x, at); };
+}
+
 /// Q, q×q, a covariance per step.
 template <typename T, int n, typename D, typename At>
 Matrix<T, DynamicsTraits<D>::disturbances, DynamicsTraits<D>::disturbances> disturbance_covariance(

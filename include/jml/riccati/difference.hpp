@@ -270,26 +270,22 @@ template <OnePassRule Rule, typename S, typename Scalar, int n, int controls = 0
   return out;
 }
 
-namespace detail {
-
 /// step() with the process noise kept by the caller; `out` is touched on refusal too.
-template <typename Rule, typename D, typename S, typename Scalar, int n, int p, typename At>
-void step_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>& process_noise, const S& s,
+template <OnePassRule Rule, typename D, typename S, typename Scalar, int n, int p, typename At>
+void step_into(const Rule& rule, const D& d, const detail::ProcessNoise<Scalar, D>& process_noise, const S& s,
                const Estimate<Scalar, n>& prior, const Vector<Scalar, p>& y, const At& at, const Gate& gate,
                StepReport<Scalar, n, p>& report, Estimate<Scalar, n>& out) {
-  static_assert(require_discrete<D>() && require_sensor<S>());
-  static_assert(require_linear_if_kalman<Rule, DynamicsTraits<D>::linear>() &&
-                require_linear_if_kalman<Rule, SensorTraits<S>::linear>());
+  static_assert(detail::require_discrete<D>() && detail::require_sensor<S>());
+  static_assert(detail::require_linear_if_kalman<Rule, DynamicsTraits<D>::linear>() &&
+                detail::require_linear_if_kalman<Rule, SensorTraits<S>::linear>());
   static_assert(states_of<D> == n, "jml: the estimate has not as many states as the dynamics");
   Vector<Scalar, n> x;
   Matrix<Scalar, n, n> N;
-  report.status = predict_into(rule, d, process_noise, prior, at, x, N);
+  report.status = detail::predict_into(rule, d, process_noise, prior, at, x, N);
   if (report.status != Status::ok) return;
-  update_into(rule, s, x, N, y, at_sample(at), gate, report, out.x, out.P);
-  if (report.status == Status::invalid_covariance) report.status = blame(prior);
+  detail::update_into(rule, s, x, N, y, detail::at_sample(at), gate, report, out.x, out.P);
+  if (report.status == Status::invalid_covariance) report.status = detail::blame(prior);
 }
-
-}  // namespace detail
 
 /// One whole step, eq. (14), (16) or (17): predict over at.dt, then correct with y of its end.
 template <OnePassRule Rule, typename D, typename S, typename Scalar, int n>
@@ -299,7 +295,7 @@ template <OnePassRule Rule, typename D, typename S, typename Scalar, int n>
                                                              const Instant<Scalar, DynamicsTraits<D>::controls>& at = {},
                                                              const Gate& gate = {}) {
   StepResult<Scalar, n, measurements_of<S>> out;
-  detail::step_into(rule, d, detail::ProcessNoise<Scalar, D>(d), s, prior, y, at, gate, out.report, out.estimate);
+  step_into(rule, d, detail::ProcessNoise<Scalar, D>(d), s, prior, y, at, gate, out.report, out.estimate);
   if (!usable(out.report.status)) out.estimate = prior;
   return out;
 }

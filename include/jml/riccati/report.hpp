@@ -17,16 +17,6 @@ enum class Verdict : std::uint8_t {
   rejected,  ///< it did not pass: the estimate is the prediction
 };
 
-/// Who found the root of an implicit step.
-enum class Solver : std::uint8_t {
-  none,                 ///< a one-pass rule: nothing to solve
-  picard,               ///< eq. (9) swept as printed
-  anderson,             ///< Anderson acceleration of the Gauss-Newton sweep
-  newton,               ///< damped Newton on the two ground-truth lines
-  levenberg_marquardt,  ///< the core's net: whitened least squares, then Newton
-  ceres,                ///< the same net, with Ceres (component jml::ceres)
-};
-
 /// One correction, accepted or not.
 template <typename Scalar, int n, int p>
 struct StepReport {

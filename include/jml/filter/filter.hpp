@@ -8,6 +8,12 @@
 
 namespace jml {
 
+namespace detail {
+// Outside the class, whose own names would hide them; a rule's overloads are found by argument-dependent lookup.
+constexpr auto call_predict = [](const auto&... a) { return predict(a...); };
+constexpr auto call_update = [](const auto&... a) { return update(a...); };
+}  // namespace detail
+
 /// A recursive estimator.
 ///
 ///     jml::Filter filter{jml::Ekf{}, VanDerPol{}, jml::Estimate{x0, P0}};
@@ -57,7 +63,7 @@ class Filter {
     if (status_ != Status::ok) return report;
     Estimate<Scalar, states> next;
     const At at{time_, dt, control};
-    detail::step_into(rule_, dynamics_, process_noise_, sensor, estimate_, y, at, gate, report, next);
+    step_into(rule_, dynamics_, process_noise_, sensor, estimate_, y, at, gate, report, next);
     accept(report.status, next, dt);
     return report;
   }
@@ -81,7 +87,7 @@ class Filter {
   /// A step without a measurement.
   [[nodiscard]] Status predict(Scalar dt, const Control& control = Control::Zero()) {
     if (status_ != Status::ok) return status_;
-    const auto result = jml::predict(rule_, dynamics_, process_noise_, estimate_, At{time_, dt, control});
+    const auto result = jml::detail::call_predict(rule_, dynamics_, process_noise_, estimate_, At{time_, dt, control});
     accept(result.status, result.estimate, dt);
     return result.status;
   }
@@ -96,7 +102,7 @@ class Filter {
     Report<S> report;
     report.status = status_;
     if (status_ != Status::ok) return report;
-    const auto result = jml::update(rule_, sensor, estimate_, y, At{time_, Scalar(0), Control::Zero()}, gate);
+    const auto result = jml::detail::call_update(rule_, sensor, estimate_, y, At{time_, Scalar(0), Control::Zero()}, gate);
     accept(result.report.status, result.estimate, Scalar(0));
     return result.report;
   }

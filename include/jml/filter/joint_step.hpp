@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The equations of one exact JML step (Rusnak 2015, eqs. (9), (11)-(13)), without a solver.
+///
+/// With e = m_x(x_1)ᵀ R⁻¹ (y - m(x_1)) and C = G Q Gᵀ, the stationarity of (11) is the two ground-truth lines
+///   x_s = x̂ + P f_x(x_s)ᵀ e,      x_1 = f(x_s) + G w̄ + C e,
+/// x_s being x_{i/i+1} and x_1 being x̂_{i+1}. The SDC matrices do not occur in them: they shape P alone.
+/// Unknown: z = (x_s, x_1), 2n.
+#pragma once
+
+#include <Eigen/Eigenvalues>
+#include <jml/model/hessian.hpp>
+#include <jml/riccati/difference.hpp>
+
+namespace jml {
+
+/// No motion and no disturbance: turns the equations of a step into those of a correction alone.
+template <int n>
+struct Stay {
+  static constexpr int states = n, disturbances = 0;
+  static constexpr bool linear = true;
+  template <typename T>
+  Vector<T, n> dynamics(const Vector<T, n>& x) const {
+    return x;
+  }
+  template <typename T>
+  Matrix<T, n, n> dynamics_jacobian(const Vector<T, n>&) const {
+    return Matrix<T, n, n>::Identity();
+  }
+  template <typename T>
+  Matrix<T, n, n> dynamics_sdc(const Vector<T, n>&) const {
+    return Matrix<T, n, n>::Identity();
+  }
+  template <typename T>
+  Matrix<T, n, n> dynamics_sdc_about(const Vector<T, n>&, const Vector<T, n>&) const {
+    return Matrix<T, n, n>::Identity();
+  }
+};
+
+namespace detail {
+
+/// One step's data; refers to its arguments, which outlive it.
+template <typename D, typename S, typename Scalar, int n, typename At, typename SensorAt>
+struct JointStep {
+  static constexpr int p = measurements_of<S>;
+  using X = Vector<Scalar, n>;
+  using Z = Vector<Scalar, 2 * n>;
+
+  const D& dynamics_model;
+  const S& sensor;
+  const Estimate<Scalar, n>& prior;
+  const Matrix<Scalar, n, n>& noise;  // C = G Q Gᵀ
+  const Vector<Scalar, p>& y;
+  const At& at;
+  const SensorAt& at_y;
+  Matrix<Scalar, p, p> R;
+  kernel::SymmetricFactor<Scalar, p> R_factor;
+  X push;   // G w̄, frozen at x̂
+  X scale;  // the state scale: |x̂| + |x̄| + √P_ii + √C_ii, by component; 1 where all of them vanish
+
+  void set_scale(const X& prediction) {
+    scale = prior.x.cwiseAbs() + prediction.cwiseAbs() + prior.P.diagonal().cwiseAbs().cwiseSqrt() +
+            noise.diagonal().cwiseAbs().cwiseSqrt();
+    for (int i = 0; i < n; ++i) {
+      if (!(scale(i) > Scalar(0))) scale(i) = Scalar(1);
+    }
+  }
+
+  /// The largest entry of r over the state scale (which grows with z where z has left it).
+  Scalar scaled(const Z& r, const Z& z) const {
+    Scalar largest = 0;
+    for (int i = 0; i < 2 * n; ++i) {
+      const Scalar size = std::max(scale(i % n), std::abs(z(i)));
+      const Scalar ratio = std::abs(r(i)) / size;
+      if (!(ratio <= largest)) largest = ratio;  // a NaN stays
+    }
+    return largest;
+  }
+
+  /// Everything one visit of the models at z gives.
+  struct Visit {
+    X f;                        // f(x_s) + G w̄
+    Matrix<Scalar, n, n> f_x;   // at x_s
+    Matrix<Scalar, p, n> m_x;   // at x_1
+    Vector<Scalar, p> misfit;   // y - m(x_1)
+    Vector<Scalar, p> nu;       // R⁻¹ misfit
+    Matrix<Scalar, n, p> Pfm;   // P f_xᵀ m_xᵀ
+    Matrix<Scalar, n, p> Cm;    // C m_xᵀ
+    Z residual;                 // of the two lines
+  };
+
+  bool visit(const Z& z, Visit& v) const {
+    const X x_s = z.template head<n>(), x_1 = z.template tail<n>();
+    v.f = dynamics(dynamics_model, x_s, at) + push;
+    v.f_x = dynamics_jacobian(dynamics_model, x_s, at);
+    v.misfit = measurement_residual(sensor, y, measurement(sensor, x_1, at_y));
+    v.m_x = measurement_jacobian(sensor, x_1, at_y);
+    v.nu = R_factor.solve(v.misfit);
+    const Matrix<Scalar, n, p> m_xT = v.m_x.transpose();
+    Matrix<Scalar, n, p> fm;
+    kernel::product(Matrix<Scalar, n, n>(v.f_x.transpose()), m_xT, fm);
+    kernel::product(prior.P, fm, v.Pfm);
+    kernel::product(noise, m_xT, v.Cm);
+    X line;
+    kernel::add_product<1>(prior.x, v.Pfm, v.nu, line);
+    v.residual.template head<n>() = line - x_s;
+    kernel::add_product<1>(v.f, v.Cm, v.nu, line);
+    v.residual.template tail<n>() = line - x_1;
+    return all_finite(v.residual);
+  }
+
+  /// What rounding alone leaves in the residual at z: ε times the terms it is the difference of. The misfit's
+  /// own rounding enters through R⁻¹, so it is large where the measurement is much better than the prior.
+  Scalar rounding(const Z& z, const Visit& v) const {
+    const Vector<Scalar, p> terms = R_factor.solve(Vector<Scalar, p>(y.cwiseAbs() + (y - v.misfit).cwiseAbs())).cwiseAbs();
+    Z floor;
+    floor.template head<n>() = prior.x.cwiseAbs() + v.Pfm.cwiseAbs() * terms;
+    floor.template tail<n>() = v.f.cwiseAbs() + v.Cm.cwiseAbs() * terms;
+    return Scalar(8) * std::numeric_limits<Scalar>::epsilon() * scaled(floor, z);
+  }
+
+  /// One sweep with matrices A (n×n) at x_s and E (p×n) at x_1 in the places of F and M; false where S is singular.
+  ///   x̄ = f(x_s) + A (x̂ - x_s);   N m_xᵀ = A P f_xᵀ m_xᵀ + C m_xᵀ;   S = R + E N m_xᵀ;
+  ///   δ = S⁻¹ (y - m(x_1) - E (x̄ - x_1));   x_1 ← x̄ + N m_xᵀ δ.
+  /// With F and M and x_s ← x̂ + P f_xᵀ m_xᵀ R⁻¹ (y - m(x_1)) this is (9) as printed (F x̂ = f(x_s) + F (x̂ - x_s)
+  /// whatever the reference). With the Jacobians and x_s ← x̂ + P f_xᵀ m_xᵀ δ it is a Gauss-Newton step of (11).
+  template <bool as_printed>
+  bool sweep(const Z& z, const Visit& v, const Matrix<Scalar, n, n>& A, const Matrix<Scalar, p, n>& E, Z& next,
+             Matrix<Scalar, p, p>& Smatrix) const {
+    const X back = prior.x - z.template head<n>();
+    X bar;
+    kernel::add_product<1>(v.f, A, back, bar);
+    Matrix<Scalar, n, p> Nm;
+    kernel::add_product<1>(v.Cm, A, v.Pfm, Nm);
+    kernel::add_product<1>(R, E, Nm, Smatrix);
+    kernel::GeneralFactor<Scalar, p> factor;
+    const Vector<Scalar, p> unit = [&] {
+      if constexpr (p == 1) return R;
+      else return Vector<Scalar, p>(R.diagonal().cwiseSqrt());
+    }();
+    if (!factor.factor(Smatrix, unit)) return false;
+    Vector<Scalar, p> misfit;
+    kernel::add_product<-1>(v.misfit, E, X(bar - z.template tail<n>()), misfit);
+    const Vector<Scalar, p> delta = factor.solve(misfit);
+    X x_s, x_1;
+    kernel::add_product<1>(prior.x, v.Pfm, as_printed ? v.nu : delta, x_s);
+    kernel::add_product<1>(bar, Nm, delta, x_1);
+    next << x_s, x_1;
+    return all_finite(next);
+  }
+
+  // The two lines as a square system for damped_newton.
+
+  bool residual(const Z& z, Z& r) const {
+    Visit v;
+    if (!visit(z, v)) return false;
+    r = v.residual;
+    return true;
+  }
+
+  bool jacobian(const Z& z, Matrix<Scalar, 2 * n, 2 * n>& J) const {
+    Visit v;
+    if (!visit(z, v)) return false;
+    const X x_s = z.template head<n>(), x_1 = z.template tail<n>();
+    const X e = v.m_x.transpose() * v.nu;
+    // ∂e/∂x_1 = Σ ν_k ∇²m_k - m_xᵀ R⁻¹ m_x
+    Matrix<Scalar, p, n> Rm;
+    for (int j = 0; j < n; ++j) Rm.col(j) = R_factor.solve(Vector<Scalar, p>(v.m_x.col(j)));
+    const Matrix<Scalar, n, n> de = measurement_hessian(sensor, x_1, v.nu, at_y) - v.m_x.transpose() * Rm;
+    const Matrix<Scalar, n, n> curvature = dynamics_hessian(dynamics_model, x_s, e, at);
+    J.template topLeftCorner<n, n>().noalias() = prior.P * curvature;
+    J.template topRightCorner<n, n>().noalias() = prior.P * v.f_x.transpose() * de;
+    J.template bottomLeftCorner<n, n>() = v.f_x;
+    J.template bottomRightCorner<n, n>().noalias() = noise * de;
+    J.diagonal().array() -= Scalar(1);
+    return all_finite(J);
+  }
+
+  /// The one-step criterion (11) at a root: with x_s - x̂ = P f_xᵀ e and w = Q Gᵀ e no inverse is needed,
+  /// ½ eᵀ f_x P f_xᵀ e + ½ eᵀ C e + ½ νᵀ R ν.
+  Scalar cost_at_root(const Visit& v) const {
+    const X e = v.m_x.transpose() * v.nu;
+    const X fe = v.f_x.transpose() * e;
+    return (fe.dot(prior.P * fe) + e.dot(noise * e) + v.nu.dot(v.misfit)) / Scalar(2);
+  }
+
+  /// (11) at the start: x_s = x̂, w = 0. NaN where the sensor is undefined there.
+  Scalar cost_at_start(const X& prediction) const {
+    const Vector<Scalar, p> r = measurement_residual(sensor, y, measurement(sensor, prediction, at_y));
+    return r.dot(R_factor.solve(r)) / Scalar(2);
+  }
+};
+
+/// (11) whitened, for a least-squares solver: x_s = x̂ + L a, G w = B b, with L Lᵀ = sym(P), B Bᵀ = C, negative
+/// eigenvalues cut to zero; minimise ½|a|² + ½|b|² + ½|R^{-½}(y - m(f(x_s) + G w̄ + B b))|². Minimising the norm of the
+/// two lines instead is a trap: it stalls at points that are no roots.
+template <typename Step, typename Scalar, int n>
+struct WhitenedStep {
+  static constexpr int p = Step::p, parameters = 2 * n, residuals = 2 * n + p;
+  const Step& step;
+  Matrix<Scalar, n, n> L, B;
+
+  explicit WhitenedStep(const Step& s) : step(s), L(root(s.prior.P)), B(root(s.noise)) {}
+
+  static Matrix<Scalar, n, n> root(const Matrix<Scalar, n, n>& a) {
+    // Scaled to a unit diagonal first: a mix of units must not drown a small component.
+    Vector<Scalar, n> unit = a.diagonal().cwiseAbs().cwiseSqrt();
+    for (int i = 0; i < n; ++i) {
+      if (!(unit(i) > Scalar(0))) unit(i) = Scalar(1);
+    }
+    const Vector<Scalar, n> inverse = unit.cwiseInverse();
+    const Matrix<Scalar, n, n> symmetric = inverse.asDiagonal() * ((a + a.transpose()) / Scalar(2)) * inverse.asDiagonal();
+    const Eigen::SelfAdjointEigenSolver<Matrix<Scalar, n, n>> eigen(symmetric);
+    return unit.asDiagonal() * eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(Scalar(0)).cwiseSqrt().asDiagonal();
+  }
+
+  typename Step::Z point(const Vector<Scalar, 2 * n>& u) const {
+    typename Step::Z z;
+    const Vector<Scalar, n> x_s = step.prior.x + L * u.template head<n>();
+    const Vector<Scalar, n> f = dynamics(step.dynamics_model, x_s, step.at) + step.push;
+    z << x_s, f + B * u.template tail<n>();
+    return z;
+  }
+
+  bool evaluate(const Vector<Scalar, 2 * n>& u, Vector<Scalar, residuals>& r, Matrix<Scalar, residuals, 2 * n>* J) const {
+    const typename Step::Z z = point(u);
+    const Vector<Scalar, n> x_1 = z.template tail<n>();
+    Vector<Scalar, p> misfit = measurement_residual(step.sensor, step.y, measurement(step.sensor, x_1, step.at_y));
+    whiten(misfit);
+    r << u, misfit;
+    if (J != nullptr) {
+      const Matrix<Scalar, n, n> f_x = dynamics_jacobian(step.dynamics_model, Vector<Scalar, n>(z.template head<n>()), step.at);
+      const Matrix<Scalar, p, n> m_x = measurement_jacobian(step.sensor, x_1, step.at_y);
+      Matrix<Scalar, p, 2 * n> slope;
+      slope << -m_x * f_x * L, -m_x * B;
+      for (int j = 0; j < 2 * n; ++j) {
+        Vector<Scalar, p> column = slope.col(j);
+        whiten(column);
+        slope.col(j) = column;
+      }
+      J->setZero();
+      J->template topLeftCorner<2 * n, 2 * n>().setIdentity();
+      J->template bottomRows<p>() = slope;
+      if (!all_finite(*J)) return false;
+    }
+    return all_finite(r);
+  }
+
+  /// v ← D^{-½} L⁻¹ v of R = L D Lᵀ.
+  void whiten(Vector<Scalar, p>& v) const {
+    for (int i = 0; i < p; ++i) {
+      for (int k = 0; k < i; ++k) v(i) -= step.R_factor.lower(i, k) * v(k);
+    }
+    for (int i = 0; i < p; ++i) v(i) *= std::sqrt(step.R_factor.inverse_diagonal(i));
+  }
+};
+
+}  // namespace detail
+
+}  // namespace jml

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Levenberg-Marquardt for a small least-squares problem of compile-time size, without heap.
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <jml/linear_algebra.hpp>
+#include <jml/solve/newton.hpp>
+#include <jml/status.hpp>
+
+namespace jml {
+
+/// Minimises ½|r(u)|². `problem.evaluate(u, r, J)` returns false where r is undefined (J may be null);
+/// Problem::parameters and Problem::residuals are its sizes. Damping after Nielsen (1999): the gain ratio decides.
+struct LevenbergMarquardt {
+  static constexpr Solver solver = Solver::levenberg_marquardt;
+  int max_iterations = 100;
+
+  template <typename Problem, typename Scalar, int size>
+  SolverReport minimize(const Problem& problem, Vector<Scalar, size>& u) const {
+    constexpr int rows = Problem::residuals;
+    SolverReport report;
+    Vector<Scalar, rows> r;
+    Matrix<Scalar, rows, size> J;
+    if (!problem.evaluate(u, r, &J)) return report;
+    Scalar cost = r.squaredNorm(), damping = Scalar(1e-4), growth = 2;
+    for (; report.iterations < max_iterations; ++report.iterations) {
+      const Vector<Scalar, size> gradient = J.transpose() * r;
+      Matrix<Scalar, size, size> normal = J.transpose() * J;
+      const Scalar floor = std::numeric_limits<Scalar>::epsilon() * (Scalar(1) + std::sqrt(cost)) * std::sqrt(normal.trace());
+      if (gradient.norm() <= floor) {
+        report.converged = true;
+        break;
+      }
+      const Vector<Scalar, size> diagonal = normal.diagonal();
+      normal.diagonal() += damping * diagonal;
+      const Vector<Scalar, size> step = normal.llt().solve(-gradient);
+      Vector<Scalar, rows> trial;
+      const Vector<Scalar, size> there = u + step;
+      const bool defined = all_finite(step) && problem.evaluate(there, trial, static_cast<Matrix<Scalar, rows, size>*>(nullptr));
+      const Scalar predicted = step.dot(damping * diagonal.cwiseProduct(step) - gradient);
+      const Scalar ratio = defined ? (cost - trial.squaredNorm()) / predicted : Scalar(-1);
+      if (ratio > Scalar(0)) {
+        u = there;
+        if (!problem.evaluate(u, r, &J)) return report;
+        cost = r.squaredNorm();
+        const Scalar t = Scalar(2) * ratio - Scalar(1);
+        damping *= std::max(Scalar(1) / Scalar(3), Scalar(1) - t * t * t);
+        growth = 2;
+      } else {
+        damping *= growth;
+        growth *= 2;
+        if (!(damping < Scalar(1e12))) {  // no step helps any more: at the rounding of the cost
+          report.converged = true;
+          break;
+        }
+      }
+    }
+    return report;
+  }
+};
+
+}  // namespace jml

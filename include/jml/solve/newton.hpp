@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Damped Newton for a small square system r(z) = 0.
+#pragma once
+
+#include <Eigen/LU>
+#include <jml/linear_algebra.hpp>
+
+namespace jml {
+
+/// What a bounded solver did.
+struct SolverReport {
+  bool converged = false;
+  int iterations = 0;
+};
+
+/// Newton steps, halved until the largest scaled residual falls.
+///
+/// `system.residual(z, r)` and `system.jacobian(z, J)` return false where they are undefined; `system.scaled(r, z)`
+/// is the largest component of r over its scale. Ends at `tolerance`, at a step that no longer helps, or after
+/// `max_iterations`; z is then the best point found.
+template <typename System, typename Scalar, int size>
+SolverReport damped_newton(const System& system, Vector<Scalar, size>& z, Scalar tolerance, int max_iterations) {
+  SolverReport report;
+  Vector<Scalar, size> r;
+  if (!system.residual(z, r)) return report;
+  Scalar best = system.scaled(r, z);
+  Matrix<Scalar, size, size> J;
+  for (; report.iterations < max_iterations; ++report.iterations) {
+    if (best <= tolerance) break;
+    if (!system.jacobian(z, J)) return report;
+    const Vector<Scalar, size> direction = J.partialPivLu().solve(r);
+    if (!all_finite(direction)) return report;
+    bool better = false;
+    Scalar damping = 1;
+    for (int halvings = 0; halvings < 24 && !better; ++halvings, damping /= Scalar(2)) {
+      const Vector<Scalar, size> trial = z - damping * direction;
+      Vector<Scalar, size> trial_residual;
+      if (!system.residual(trial, trial_residual)) continue;
+      const Scalar size_there = system.scaled(trial_residual, trial);
+      if (size_there < best) {
+        z = trial;
+        r = trial_residual;
+        best = size_there;
+        better = true;
+      }
+    }
+    if (!better) break;
+  }
+  report.converged = best <= tolerance;
+  return report;
+}
+
+}  // namespace jml
