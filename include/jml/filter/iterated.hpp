@@ -47,16 +47,16 @@ struct Iterated {
 template <typename Reference = AboutOrigin, typename Net = LevenbergMarquardt>
 struct IteratedJml : Iterated<Jml<Reference>, Net> {
   IteratedJml() = default;
-  explicit IteratedJml(const IterationOptions& options) : Iterated<Jml<Reference>, Net>{{}, options, {}} {}
-  explicit IteratedJml(const Reference& reference, const IterationOptions& options = {}, const Net& net = {})
-      : Iterated<Jml<Reference>, Net>{Jml<Reference>(reference), options, net} {}
+  explicit IteratedJml(const IterationOptions& iteration) : Iterated<Jml<Reference>, Net>{{}, iteration, {}} {}
+  explicit IteratedJml(const Reference& reference, const IterationOptions& iteration = {}, const Net& solver = {})
+      : Iterated<Jml<Reference>, Net>{Jml<Reference>(reference), iteration, solver} {}
 };
 IteratedJml(const IterationOptions&) -> IteratedJml<>;
 
 /// The measurement-iterated EKF: predict once, then iterate the correction alone. The paper's comparison.
 struct Iekf : Iterated<Ekf<>> {
   Iekf() = default;
-  explicit Iekf(const IterationOptions& options) : Iterated<Ekf<>>{{}, options, {}} {}
+  explicit Iekf(const IterationOptions& iteration) : Iterated<Ekf<>>{{}, iteration, {}} {}
   static constexpr bool measurement_only = true;
 };
 
