@@ -3,7 +3,7 @@
 #include <benchmark/benchmark.h>
 
 #include <array>
-#include <jml/filter/recursive.hpp>
+#include <jml/jml.hpp>
 
 #include "../tests/models/dense.hpp"
 #include "../tests/models/radar.hpp"
@@ -106,6 +106,9 @@ void register_case(const std::string& size, const Case& c) {
   benchmark::RegisterBenchmark(("ekf_step/" + size).c_str(), [c](benchmark::State& s) { library_step(s, jml::Ekf{}, c); });
   benchmark::RegisterBenchmark(("jml_limit_step/" + size).c_str(), [c](benchmark::State& s) { limit_step<false>(s, c); });
   benchmark::RegisterBenchmark(("jml_step/" + size).c_str(), [c](benchmark::State& s) { library_step(s, jml::Jml{}, c); });
+  benchmark::RegisterBenchmark(("iterated_jml_step/" + size).c_str(), [c](benchmark::State& s) {
+    library_step(s, jml::IteratedJml{jml::IterationOptions{.tolerance = 1e-10}}, c);
+  });
 }
 
 }  // namespace

@@ -255,4 +255,51 @@ struct GeneralFactor {
   }
 };
 
+/// a = L Lᵀ of a symmetric positive semidefinite n×n matrix (lower triangle read), of any rank.
+template <typename Scalar, int n>
+struct SemidefiniteFactor {
+  Matrix<Scalar, n, n> L = Matrix<Scalar, n, n>::Zero();  // columns in pivot order; zero beyond the rank
+  int pivot[n];
+  int rank = 0;
+
+  /// Cholesky with diagonal pivoting. What is left when no pivot rises above the rounding of its own diagonal entry is
+  /// cut to zero, negative parts included; the test is relative to each entry, so units do not matter.
+  explicit SemidefiniteFactor(const Matrix<Scalar, n, n>& a) {
+    constexpr Scalar slack = Scalar(4 * n) * std::numeric_limits<Scalar>::epsilon();
+    Vector<Scalar, n> left = a.diagonal();
+    for (int k = 0; k < n; ++k) {
+      int best = -1;
+      Scalar largest = slack;  // of what is left of a diagonal entry, relative to the entry
+      for (int i = 0; i < n; ++i) {
+        if (left(i) > largest * a(i, i)) {
+          best = i;
+          largest = left(i) / a(i, i);
+        }
+      }
+      if (best < 0) break;
+      const Scalar root = std::sqrt(left(best));
+      for (int i = 0; i < n; ++i) {
+        Scalar sum = i >= best ? a(i, best) : a(best, i);
+        for (int j = 0; j < k; ++j) sum -= L(i, j) * L(best, j);
+        L(i, k) = i == best ? root : sum / root;
+        left(i) = i == best ? Scalar(0) : left(i) - L(i, k) * L(i, k);
+      }
+      pivot[k] = best;
+      rank = k + 1;
+    }
+  }
+
+  /// out = bᵀ a⁺ b for a b in the range of a; false where some entry of b is farther from it than `slack` allows.
+  [[nodiscard]] bool squared_norm(const Vector<Scalar, n>& b, const Vector<Scalar, n>& slack, Scalar& out) const {
+    Vector<Scalar, n> left = b;
+    out = 0;
+    for (int k = 0; k < rank; ++k) {
+      const Scalar c = left(pivot[k]) / L(pivot[k], k);
+      left -= c * L.col(k);
+      out += c * c;
+    }
+    return (left.cwiseAbs().array() <= slack.array()).all();
+  }
+};
+
 }  // namespace jml::kernel

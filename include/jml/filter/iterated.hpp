@@ -146,7 +146,7 @@ void iterate(const Rule& rule, const Step& step, const typename Step::X& predict
 
 /// Newton on the two lines from z; judges what it reached.
 template <typename Step, typename Report, typename Scalar>
-void polish(const Step& step, Scalar tolerance, int max_newton, Report& report, Root<Step>& root) {
+[[gnu::noinline]] void polish(const Step& step, Scalar tolerance, int max_newton, Report& report, Root<Step>& root) {
   root.status = Status::not_converged;
   const SolverReport newton = damped_newton(step, root.z, tolerance, max_newton);
   report.iterations += newton.iterations;

@@ -8,7 +8,6 @@
 /// Unknown: z = (x_s, x_1), 2n.
 #pragma once
 
-#include <Eigen/Eigenvalues>
 #include <jml/model/hessian.hpp>
 #include <jml/riccati/difference.hpp>
 
@@ -114,8 +113,11 @@ struct JointStep {
   Scalar rounding(const Z& z, const Visit& v) const {
     const Vector<Scalar, p> terms = R_factor.solve(Vector<Scalar, p>(y.cwiseAbs() + (y - v.misfit).cwiseAbs())).cwiseAbs();
     Z floor;
-    floor.template head<n>() = prior.x.cwiseAbs() + v.Pfm.cwiseAbs() * terms;
-    floor.template tail<n>() = v.f.cwiseAbs() + v.Cm.cwiseAbs() * terms;
+    X sum;
+    kernel::add_product<1>(X(prior.x.cwiseAbs()), Matrix<Scalar, n, p>(v.Pfm.cwiseAbs()), terms, sum);
+    floor.template head<n>() = sum;
+    kernel::add_product<1>(X(v.f.cwiseAbs()), Matrix<Scalar, n, p>(v.Cm.cwiseAbs()), terms, sum);
+    floor.template tail<n>() = sum;
     return Scalar(8) * std::numeric_limits<Scalar>::epsilon() * scaled(floor, z);
   }
 
@@ -162,16 +164,22 @@ struct JointStep {
     Visit v;
     if (!visit(z, v)) return false;
     const X x_s = z.template head<n>(), x_1 = z.template tail<n>();
-    const X e = v.m_x.transpose() * v.nu;
+    const Matrix<Scalar, n, p> m_xT = v.m_x.transpose();
+    X e;
+    kernel::product(m_xT, v.nu, e);
     // ∂e/∂x_1 = Σ ν_k ∇²m_k - m_xᵀ R⁻¹ m_x
     Matrix<Scalar, p, n> Rm;
     for (int j = 0; j < n; ++j) Rm.col(j) = R_factor.solve(Vector<Scalar, p>(v.m_x.col(j)));
-    const Matrix<Scalar, n, n> de = measurement_hessian(sensor, x_1, v.nu, at_y) - v.m_x.transpose() * Rm;
-    const Matrix<Scalar, n, n> curvature = dynamics_hessian(dynamics_model, x_s, e, at);
-    J.template topLeftCorner<n, n>().noalias() = prior.P * curvature;
-    J.template topRightCorner<n, n>().noalias() = prior.P * v.f_x.transpose() * de;
+    Matrix<Scalar, n, n> slope, block, block2;
+    kernel::add_product<-1>(measurement_hessian(sensor, x_1, v.nu, at_y), m_xT, Rm, slope);
+    kernel::product(prior.P, dynamics_hessian(dynamics_model, x_s, e, at), block);
+    J.template topLeftCorner<n, n>() = block;
+    kernel::product_transposed(prior.P, v.f_x, block);
+    kernel::product(block, slope, block2);
+    J.template topRightCorner<n, n>() = block2;
     J.template bottomLeftCorner<n, n>() = v.f_x;
-    J.template bottomRightCorner<n, n>().noalias() = noise * de;
+    kernel::product(noise, slope, block);
+    J.template bottomRightCorner<n, n>() = block;
     J.diagonal().array() -= Scalar(1);
     return all_finite(J);
   }
@@ -179,9 +187,12 @@ struct JointStep {
   /// The one-step criterion (11) at a root: with x_s - x̂ = P f_xᵀ e and w = Q Gᵀ e no inverse is needed,
   /// ½ eᵀ f_x P f_xᵀ e + ½ eᵀ C e + ½ νᵀ R ν.
   Scalar cost_at_root(const Visit& v) const {
-    const X e = v.m_x.transpose() * v.nu;
-    const X fe = v.f_x.transpose() * e;
-    return (fe.dot(prior.P * fe) + e.dot(noise * e) + v.nu.dot(v.misfit)) / Scalar(2);
+    X e, fe, Pfe, Ce;
+    kernel::product(Matrix<Scalar, n, p>(v.m_x.transpose()), v.nu, e);
+    kernel::product(Matrix<Scalar, n, n>(v.f_x.transpose()), e, fe);
+    kernel::product(prior.P, fe, Pfe);
+    kernel::product(noise, e, Ce);
+    return (fe.dot(Pfe) + e.dot(Ce) + v.nu.dot(v.misfit)) / Scalar(2);
   }
 
   /// (11) at the start: x_s = x̂, w = 0. NaN where the sensor is undefined there.
@@ -192,7 +203,7 @@ struct JointStep {
 };
 
 /// (11) whitened, for a least-squares solver: x_s = x̂ + L a, G w = B b, with L Lᵀ = sym(P), B Bᵀ = C, negative
-/// eigenvalues cut to zero; minimise ½|a|² + ½|b|² + ½|R^{-½}(y - m(f(x_s) + G w̄ + B b))|². Minimising the norm of the
+/// parts cut to zero; minimise ½|a|² + ½|b|² + ½|R^{-½}(y - m(f(x_s) + G w̄ + B b))|². Minimising the norm of the
 /// two lines instead is a trap: it stalls at points that are no roots.
 template <typename Step, typename Scalar, int n>
 struct WhitenedStep {
@@ -200,25 +211,16 @@ struct WhitenedStep {
   const Step& step;
   Matrix<Scalar, n, n> L, B;
 
-  explicit WhitenedStep(const Step& s) : step(s), L(root(s.prior.P)), B(root(s.noise)) {}
-
-  static Matrix<Scalar, n, n> root(const Matrix<Scalar, n, n>& a) {
-    // Scaled to a unit diagonal first: a mix of units must not drown a small component.
-    Vector<Scalar, n> unit = a.diagonal().cwiseAbs().cwiseSqrt();
-    for (int i = 0; i < n; ++i) {
-      if (!(unit(i) > Scalar(0))) unit(i) = Scalar(1);
-    }
-    const Vector<Scalar, n> inverse = unit.cwiseInverse();
-    const Matrix<Scalar, n, n> symmetric = inverse.asDiagonal() * ((a + a.transpose()) / Scalar(2)) * inverse.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Matrix<Scalar, n, n>> eigen(symmetric);
-    return unit.asDiagonal() * eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(Scalar(0)).cwiseSqrt().asDiagonal();
-  }
+  explicit WhitenedStep(const Step& s) : step(s), L(kernel::SemidefiniteFactor<Scalar, n>((s.prior.P + s.prior.P.transpose()) / Scalar(2)).L),
+        B(kernel::SemidefiniteFactor<Scalar, n>(s.noise).L) {}
 
   typename Step::Z point(const Vector<Scalar, 2 * n>& u) const {
     typename Step::Z z;
-    const Vector<Scalar, n> x_s = step.prior.x + L * u.template head<n>();
+    Vector<Scalar, n> x_s, x_1;
+    kernel::add_product<1>(step.prior.x, L, Vector<Scalar, n>(u.template head<n>()), x_s);
     const Vector<Scalar, n> f = dynamics(step.dynamics_model, x_s, step.at) + step.push;
-    z << x_s, f + B * u.template tail<n>();
+    kernel::add_product<1>(f, B, Vector<Scalar, n>(u.template tail<n>()), x_1);
+    z << x_s, x_1;
     return z;
   }
 
@@ -231,16 +233,18 @@ struct WhitenedStep {
     if (J != nullptr) {
       const Matrix<Scalar, n, n> f_x = dynamics_jacobian(step.dynamics_model, Vector<Scalar, n>(z.template head<n>()), step.at);
       const Matrix<Scalar, p, n> m_x = measurement_jacobian(step.sensor, x_1, step.at_y);
-      Matrix<Scalar, p, 2 * n> slope;
-      slope << -m_x * f_x * L, -m_x * B;
-      for (int j = 0; j < 2 * n; ++j) {
-        Vector<Scalar, p> column = slope.col(j);
-        whiten(column);
-        slope.col(j) = column;
-      }
+      Matrix<Scalar, n, n> fL;
+      Matrix<Scalar, p, n> by_a, by_b;
+      kernel::product(f_x, L, fL);
+      kernel::product(m_x, fL, by_a);
+      kernel::product(m_x, B, by_b);
       J->setZero();
       J->template topLeftCorner<2 * n, 2 * n>().setIdentity();
-      J->template bottomRows<p>() = slope;
+      for (int j = 0; j < 2 * n; ++j) {
+        Vector<Scalar, p> column = -(j < n ? by_a.col(j) : by_b.col(j - n));
+        whiten(column);
+        J->template block<p, 1>(2 * n, j) = column;
+      }
       if (!all_finite(*J)) return false;
     }
     return all_finite(r);

@@ -9,9 +9,7 @@
 namespace jml {
 
 template <typename D>
-concept Dynamics = requires {
-  { DynamicsTraits<D>::states } -> std::convertible_to<int>;
-};
+concept Dynamics = DynamicsTraits<D>::states > 0;
 
 template <typename D>
 concept DiscreteDynamics = Dynamics<D> && std::is_same_v<typename DynamicsTraits<D>::time_domain, DiscreteTime>;
@@ -20,9 +18,7 @@ template <typename D>
 concept ContinuousDynamics = Dynamics<D> && std::is_same_v<typename DynamicsTraits<D>::time_domain, ContinuousTime>;
 
 template <typename S>
-concept Sensor = requires {
-  { SensorTraits<S>::measurements } -> std::convertible_to<int>;
-};
+concept Sensor = SensorTraits<S>::measurements > 0;
 
 /// True where f, f_x, G or Q of this model take an Instant: then a step needs its dt.
 template <typename Scalar, typename D>
@@ -42,7 +38,7 @@ namespace detail {
 /// Compile-time checks of a discrete model, each with the user's mistake in words.
 template <typename D>
 consteval bool require_discrete() {
-  static_assert(requires { DynamicsTraits<D>::states; },
+  static_assert(DynamicsTraits<D>::states > 0,
                 "jml: a dynamics model needs `static constexpr int states` (or a DynamicsTraits specialisation)");
   static_assert(DiscreteDynamics<D>,
                 "jml: this dynamics model is continuous in time: wrap it in jml::discretize before giving it to a "
@@ -55,7 +51,7 @@ consteval bool require_discrete() {
 
 template <typename S>
 consteval bool require_sensor() {
-  static_assert(requires { SensorTraits<S>::measurements; },
+  static_assert(SensorTraits<S>::measurements > 0,
                 "jml: a sensor needs `static constexpr int measurements` (or a SensorTraits specialisation)");
   return true;
 }

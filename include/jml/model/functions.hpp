@@ -17,35 +17,57 @@ namespace detail {
 /// Calls function(x, at), function(x) or function(), the first that exists.
 template <typename Function, typename X, typename At>
 constexpr auto call(const Function& function, const X& x, const At& at) {
-  if constexpr (std::is_invocable_v<Function, X, At>) return function(x, at);
-  else if constexpr (std::is_invocable_v<Function, X>) return function(x);
-  else return function();
+  if constexpr (std::is_invocable_v<Function, X, At>)
+    return function(x, at);
+  else if constexpr (std::is_invocable_v<Function, X>)
+    return function(x);
+  else
+    return function();
 }
 template <typename Function, typename X, typename At>
-concept Callable = std::is_invocable_v<Function, X, At> || std::is_invocable_v<Function, X> || std::is_invocable_v<Function>;
+concept Callable =
+    std::is_invocable_v<Function, X, At> || std::is_invocable_v<Function, X> || std::is_invocable_v<Function>;
+
+/// What call() would return, found without looking into the function: a body meant for double alone must not be
+/// instantiated for anything else.
+template <typename Function, typename X, typename At>
+struct Result : std::invoke_result<Function> {};
+template <typename Function, typename X, typename At>
+  requires(std::is_invocable_v<Function, X> && !std::is_invocable_v<Function, X, At>)
+struct Result<Function, X, At> : std::invoke_result<Function, X> {};
+template <typename Function, typename X, typename At>
+  requires std::is_invocable_v<Function, X, At>
+struct Result<Function, X, At> : std::invoke_result<Function, X, At> {};
 
 /// Callable, and answers in the scalar of x: a function written for double alone does not serve dual numbers.
 template <typename Function, typename X, typename At>
-concept Generic = Callable<Function, X, At> && requires(const Function& f, const X& x, const At& at) {
-  requires std::is_same_v<typename std::remove_cvref_t<decltype(call(f, x, at))>::Scalar, typename X::Scalar>;
-};
+concept Generic = Callable<Function, X, At> &&
+                  std::is_same_v<typename std::remove_cvref_t<typename Result<Function, X, At>::type>::Scalar, typename X::Scalar>;
 
 // One caller per function; the trait decides which arities exist.
 template <typename D>
 constexpr auto dynamics_of(const D& d) {
-  return [&d](const auto&... a) -> decltype(DynamicsTraits<D>::dynamics(d, a...)) { return DynamicsTraits<D>::dynamics(d, a...); };
+  return [&d](const auto&... a) -> decltype(DynamicsTraits<D>::dynamics(d, a...)) {
+    return DynamicsTraits<D>::dynamics(d, a...);
+  };
 }
 template <typename D>
 constexpr auto jacobian_of(const D& d) {
-  return [&d](const auto&... a) -> decltype(DynamicsTraits<D>::jacobian(d, a...)) { return DynamicsTraits<D>::jacobian(d, a...); };
+  return [&d](const auto&... a) -> decltype(DynamicsTraits<D>::jacobian(d, a...)) {
+    return DynamicsTraits<D>::jacobian(d, a...);
+  };
 }
 template <typename S>
 constexpr auto measurement_of(const S& s) {
-  return [&s](const auto&... a) -> decltype(SensorTraits<S>::measurement(s, a...)) { return SensorTraits<S>::measurement(s, a...); };
+  return [&s](const auto&... a) -> decltype(SensorTraits<S>::measurement(s, a...)) {
+    return SensorTraits<S>::measurement(s, a...);
+  };
 }
 template <typename S>
 constexpr auto sensor_jacobian_of(const S& s) {
-  return [&s](const auto&... a) -> decltype(SensorTraits<S>::jacobian(s, a...)) { return SensorTraits<S>::jacobian(s, a...); };
+  return [&s](const auto&... a) -> decltype(SensorTraits<S>::jacobian(s, a...)) {
+    return SensorTraits<S>::jacobian(s, a...);
+  };
 }
 
 }  // namespace detail
@@ -68,9 +90,10 @@ Matrix<T, n, n> dynamics_jacobian(const D& d, const Vector<T, n>& x, const At& a
   if constexpr (detail::Generic<decltype(given), Vector<T, n>, At>) {
     return detail::call(given, x, at);
   } else {
-    static_assert(detail::Generic<decltype(detail::dynamics_of(d)), Vector<Dual<T, n>, n>, At>,
-                  "jml: give the dynamics a dynamics_jacobian(x), or make dynamics(x) a template over the scalar "
-                  "so that jml can derive it with dual numbers");
+    static_assert(
+        detail::Generic<decltype(detail::dynamics_of(d)), Vector<Dual<T, n>, n>, At>,
+        "jml: give the dynamics a dynamics_jacobian(x), or make dynamics(x) a template over the scalar "
+        "so that jml can derive it with dual numbers");
     return derive_jacobian<n>([&](const auto& z) { return dynamics(d, z, at); }, x);
   }
 }
@@ -79,7 +102,9 @@ Matrix<T, n, n> dynamics_jacobian(const D& d, const Vector<T, n>& x, const At& a
 template <bool about_origin, typename T, int n, typename D, typename At>
 Matrix<T, n, n> dynamics_sdc(const D& d, const Vector<T, n>& x, const Vector<T, n>& reference, const At& at) {
   using Traits = DynamicsTraits<D>;
-  const auto given = [&d](const auto&... a) -> decltype(Traits::sdc(d, a...)) { return Traits::sdc(d, a...); };
+  const auto given = [&d](const auto&... a) -> decltype(Traits::sdc(d, a...)) {
+    return Traits::sdc(d, a...);
+  };
   if constexpr (about_origin && detail::Callable<decltype(given), Vector<T, n>, At>) {
     return detail::call(given, x, at);
   } else if constexpr (requires { Traits::sdc_about(d, x, reference, at); }) {
@@ -88,15 +113,19 @@ Matrix<T, n, n> dynamics_sdc(const D& d, const Vector<T, n>& x, const Vector<T, 
     return Traits::sdc_about(d, x, reference);
   } else {
     const Vector<T, n> change = dynamics(d, x, at) - dynamics(d, reference, at);
-    return derive_sdc<n>([&](const Vector<T, n>& z) { return dynamics_jacobian(d, z, at); }, change, x, reference);
+    return derive_sdc<n>([&](const Vector<T, n>& z) { return dynamics_jacobian(d, z, at); }, change, x,
+                         reference);
   }
 }
 
 /// G, n×q.
 template <typename T, int n, typename D, typename At>
-Matrix<T, n, DynamicsTraits<D>::disturbances> disturbance_input(const D& d, const Vector<T, n>& x, const At& at) {
+Matrix<T, n, DynamicsTraits<D>::disturbances> disturbance_input(const D& d, const Vector<T, n>& x,
+                                                                const At& at) {
   using Traits = DynamicsTraits<D>;
-  const auto given = [&d](const auto&... a) -> decltype(Traits::disturbance_input(d, a...)) { return Traits::disturbance_input(d, a...); };
+  const auto given = [&d](const auto&... a) -> decltype(Traits::disturbance_input(d, a...)) {
+    return Traits::disturbance_input(d, a...);
+  };
   if constexpr (detail::Callable<decltype(given), Vector<T, n>, At>) {
     return detail::call(given, x, at).template cast<T>();
   } else {
@@ -110,15 +139,17 @@ Matrix<T, n, DynamicsTraits<D>::disturbances> disturbance_input(const D& d, cons
 template <typename D, typename X, typename At>
 constexpr bool has_disturbance_input() {
   using T = DynamicsTraits<D>;
-  return requires(const D& d) { T::disturbance_input(d); } || requires(const D& d, const X& x) { T::disturbance_input(d, x); } ||
-         requires(const D& d, const X& x, const At& at) { T::disturbance_input(d, x, at); };
+  return requires(const D& d) { T::disturbance_input(d); } || requires(const D& d, const X& x) {
+    T::disturbance_input(d, x);
+  } || requires(const D& d, const X& x, const At& at) { T::disturbance_input(d, x, at); };
 }
 
 template <typename D, typename X, typename At>
 constexpr bool has_disturbance_mean() {
   using T = DynamicsTraits<D>;
-  return requires(const D& d) { T::disturbance_mean(d); } || requires(const D& d, const X& x) { T::disturbance_mean(d, x); } ||
-         requires(const D& d, const X& x, const At& at) { T::disturbance_mean(d, x, at); };
+  return requires(const D& d) { T::disturbance_mean(d); } || requires(const D& d, const X& x) {
+    T::disturbance_mean(d, x);
+  } || requires(const D& d, const X& x, const At& at) { T::disturbance_mean(d, x, at); };
 }
 
 /// Q, q×q, a covariance per step.
@@ -142,7 +173,9 @@ Matrix<T, DynamicsTraits<D>::disturbances, DynamicsTraits<D>::disturbances> dist
 template <typename T, int n, typename D, typename At>
 Vector<T, n> predicted_state(const D& d, const Vector<T, n>& x, const At& at) {
   using Traits = DynamicsTraits<D>;
-  const auto mean = [&d](const auto&... a) -> decltype(Traits::disturbance_mean(d, a...)) { return Traits::disturbance_mean(d, a...); };
+  const auto mean = [&d](const auto&... a) -> decltype(Traits::disturbance_mean(d, a...)) {
+    return Traits::disturbance_mean(d, a...);
+  };
   if constexpr (detail::Callable<decltype(mean), Vector<T, n>, At>) {
     const Vector<T, Traits::disturbances> w = detail::call(mean, x, at).template cast<T>();
     return dynamics(d, x, at) + disturbance_input(d, x, at) * w;
@@ -154,8 +187,9 @@ Vector<T, n> predicted_state(const D& d, const Vector<T, n>& x, const At& at) {
 /// m(x), p. T may be a dual number.
 template <typename T, int n, typename S, typename At>
 Vector<T, measurements_of<S>> measurement(const S& s, const Vector<T, n>& x, const At& at) {
-  static_assert(detail::Callable<decltype(detail::measurement_of(s)), Vector<T, n>, At>,
-                "jml: the sensor's measurement(x) does not accept this model's state: check its size and scalar");
+  static_assert(
+      detail::Callable<decltype(detail::measurement_of(s)), Vector<T, n>, At>,
+      "jml: the sensor's measurement(x) does not accept this model's state: check its size and scalar");
   return detail::call(detail::measurement_of(s), x, at);
 }
 
@@ -166,9 +200,10 @@ Matrix<T, measurements_of<S>, n> measurement_jacobian(const S& s, const Vector<T
   if constexpr (detail::Generic<decltype(given), Vector<T, n>, At>) {
     return detail::call(given, x, at);
   } else {
-    static_assert(detail::Generic<decltype(detail::measurement_of(s)), Vector<Dual<T, n>, n>, At>,
-                  "jml: give the sensor a measurement_jacobian(x), or make measurement(x) a template over the "
-                  "scalar so that jml can derive it with dual numbers");
+    static_assert(
+        detail::Generic<decltype(detail::measurement_of(s)), Vector<Dual<T, n>, n>, At>,
+        "jml: give the sensor a measurement_jacobian(x), or make measurement(x) a template over the "
+        "scalar so that jml can derive it with dual numbers");
     return derive_jacobian<measurements_of<S>>([&](const auto& z) { return measurement(s, z, at); }, x);
   }
 }
@@ -185,10 +220,12 @@ Vector<T, p> measurement_residual(const S& s, const Vector<T, p>& y, const Vecto
 
 /// M(x; reference), p×n: the model's own where it fits the reference, else the derived one.
 template <bool about_origin, typename T, int n, typename S, typename At>
-Matrix<T, measurements_of<S>, n> measurement_sdc(const S& s, const Vector<T, n>& x, const Vector<T, n>& reference,
-                                                 const At& at) {
+Matrix<T, measurements_of<S>, n> measurement_sdc(const S& s, const Vector<T, n>& x,
+                                                 const Vector<T, n>& reference, const At& at) {
   using Traits = SensorTraits<S>;
-  const auto given = [&s](const auto&... a) -> decltype(Traits::sdc(s, a...)) { return Traits::sdc(s, a...); };
+  const auto given = [&s](const auto&... a) -> decltype(Traits::sdc(s, a...)) {
+    return Traits::sdc(s, a...);
+  };
   if constexpr (about_origin && detail::Callable<decltype(given), Vector<T, n>, At>) {
     return detail::call(given, x, at);
   } else if constexpr (requires { Traits::sdc_about(s, x, reference, at); }) {
@@ -198,17 +235,22 @@ Matrix<T, measurements_of<S>, n> measurement_sdc(const S& s, const Vector<T, n>&
   } else {
     const Vector<T, measurements_of<S>> here = measurement(s, x, at);
     const Vector<T, measurements_of<S>> there = measurement(s, reference, at);
-    return derive_sdc<measurements_of<S>>([&](const Vector<T, n>& z) { return measurement_jacobian(s, z, at); },
-                                          measurement_residual(s, here, there), x, reference);
+    return derive_sdc<measurements_of<S>>(
+        [&](const Vector<T, n>& z) { return measurement_jacobian(s, z, at); },
+        measurement_residual(s, here, there), x, reference);
   }
 }
 
 /// R, p×p.
 template <typename T, int n, typename S, typename At>
-Matrix<T, measurements_of<S>, measurements_of<S>> noise_covariance(const S& s, const Vector<T, n>& x, const At& at) {
+Matrix<T, measurements_of<S>, measurements_of<S>> noise_covariance(const S& s, const Vector<T, n>& x,
+                                                                   const At& at) {
   using Traits = SensorTraits<S>;
-  const auto given = [&s](const auto&... a) -> decltype(Traits::noise_covariance(s, a...)) { return Traits::noise_covariance(s, a...); };
-  static_assert(detail::Callable<decltype(given), Vector<T, n>, At>, "jml: a sensor needs noise_covariance(), p×p");
+  const auto given = [&s](const auto&... a) -> decltype(Traits::noise_covariance(s, a...)) {
+    return Traits::noise_covariance(s, a...);
+  };
+  static_assert(detail::Callable<decltype(given), Vector<T, n>, At>,
+                "jml: a sensor needs noise_covariance(), p×p");
   return detail::call(given, x, at).template cast<T>();
 }
 

@@ -42,7 +42,7 @@ Matrix<Scalar, n, n> hessian_by_differences(const Jacobian& jacobian, const Vect
     z(j) = x(j) - h;
     const Matrix<Scalar, rows, n> below = jacobian(z);
     z(j) = x(j);
-    out.col(j).noalias() = (above - below).transpose() * weights / (Scalar(2) * h);
+    for (int i = 0; i < n; ++i) out(i, j) = (above.col(i) - below.col(i)).dot(weights) / (Scalar(2) * h);
   }
   return out;
 }

@@ -21,23 +21,48 @@ struct DiscreteTime {};
 
 namespace detail {
 
+// 0 where a struct does not have it: the concepts then say what it is not, in words.
+template <typename Model>
+constexpr int count_of_states() {
+  if constexpr (requires { Model::states; }) return Model::states;
+  else return 0;
+}
+
+template <typename Model>
+constexpr int count_of_measurements() {
+  if constexpr (requires { Model::measurements; }) return Model::measurements;
+  else return 0;
+}
+
 template <typename Model>
 constexpr int controls_of() {
-  if constexpr (requires { Model::controls; }) return Model::controls;
-  else return 0;
+  if constexpr (requires { Model::controls; })
+    return Model::controls;
+  else
+    return 0;
 }
 
 template <typename Model>
 constexpr int disturbances_of() {
+  constexpr int n = count_of_states<Model>();
+  using X = Vector<double, n>;
+  using At = Instant<double, controls_of<Model>()>;
   if constexpr (requires { Model::disturbances; }) return Model::disturbances;
-  else if constexpr (requires { &Model::disturbance_covariance; }) return Model::states;
-  else return 0;
+  else if constexpr (requires(const Model& m) { m.disturbance_covariance(); } ||
+                     requires(const Model& m, const X& x) { m.disturbance_covariance(x); } ||
+                     requires(const Model& m, const X& x, const At& at) { m.disturbance_covariance(x, at); }) {
+    return n;
+  } else {
+    return 0;
+  }
 }
 
 template <typename Model>
 constexpr bool is_linear() {
-  if constexpr (requires { Model::linear; }) return Model::linear;
-  else return false;
+  if constexpr (requires { Model::linear; })
+    return Model::linear;
+  else
+    return false;
 }
 
 template <typename Model>
@@ -55,62 +80,93 @@ struct TimeDomain<Model> {
 /// Dynamics x⁺ = f(x) + G (w̄ + w), cov w = Q; or ẋ = f(x) + G w with spectral density Q of w.
 template <typename Model>
 struct DynamicsTraits {
-  static constexpr int states = Model::states;                               ///< n
-  static constexpr int disturbances = detail::disturbances_of<Model>();      ///< q; default: n with a covariance, else 0
-  static constexpr int controls = detail::controls_of<Model>();              ///< entries of at.control; default 0
-  static constexpr bool linear = detail::is_linear<Model>();                 ///< promises f_x constant in x
-  using time_domain = typename detail::TimeDomain<Model>::type;              ///< default DiscreteTime
+  static constexpr int states = detail::count_of_states<Model>();  ///< n
+  static constexpr int disturbances =
+      detail::disturbances_of<Model>();                          ///< q; default: n with a covariance, else 0
+  static constexpr int controls = detail::controls_of<Model>();  ///< entries of at.control; default 0
+  static constexpr bool linear = detail::is_linear<Model>();     ///< promises f_x constant in x
+  using time_domain = typename detail::TimeDomain<Model>::type;  ///< default DiscreteTime
 
   /// f(x), n.
-  template <typename... A>
-  static constexpr auto dynamics(const Model& m, const A&... a) requires requires { m.dynamics(a...); } { return m.dynamics(a...); }
+  template <typename M, typename... A>
+  static constexpr auto dynamics(const M& m, const A&... a) -> decltype(m.dynamics(a...)) {
+    return m.dynamics(a...);
+  }
   /// f_x(x), n×n. Optional.
-  template <typename... A>
-  static constexpr auto jacobian(const Model& m, const A&... a) requires requires { m.dynamics_jacobian(a...); } { return m.dynamics_jacobian(a...); }
+  template <typename M, typename... A>
+  static constexpr auto jacobian(const M& m, const A&... a) -> decltype(m.dynamics_jacobian(a...)) {
+    return m.dynamics_jacobian(a...);
+  }
   /// F(x) with F(x) x = f(x) - f(0), n×n. Optional.
-  template <typename... A>
-  static constexpr auto sdc(const Model& m, const A&... a) requires requires { m.dynamics_sdc(a...); } { return m.dynamics_sdc(a...); }
+  template <typename M, typename... A>
+  static constexpr auto sdc(const M& m, const A&... a) -> decltype(m.dynamics_sdc(a...)) {
+    return m.dynamics_sdc(a...);
+  }
   /// F(x; r) with F (x - r) = f(x) - f(r), arguments (x, r) or (x, r, at), n×n. Optional.
-  template <typename... A>
-  static constexpr auto sdc_about(const Model& m, const A&... a) requires requires { m.dynamics_sdc_about(a...); } { return m.dynamics_sdc_about(a...); }
+  template <typename M, typename... A>
+  static constexpr auto sdc_about(const M& m, const A&... a) -> decltype(m.dynamics_sdc_about(a...)) {
+    return m.dynamics_sdc_about(a...);
+  }
   /// G, n×q. Optional where q = n: the identity.
-  template <typename... A>
-  static constexpr auto disturbance_input(const Model& m, const A&... a) requires requires { m.disturbance_input(a...); } { return m.disturbance_input(a...); }
+  template <typename M, typename... A>
+  static constexpr auto disturbance_input(const M& m, const A&... a) -> decltype(m.disturbance_input(a...)) {
+    return m.disturbance_input(a...);
+  }
   /// Q of discrete dynamics, a covariance per step, q×q.
-  template <typename... A>
-  static constexpr auto disturbance_covariance(const Model& m, const A&... a) requires requires { m.disturbance_covariance(a...); } { return m.disturbance_covariance(a...); }
+  template <typename M, typename... A>
+  static constexpr auto disturbance_covariance(const M& m, const A&... a)
+      -> decltype(m.disturbance_covariance(a...)) {
+    return m.disturbance_covariance(a...);
+  }
   /// Q of continuous dynamics, a two-sided spectral density, q×q.
-  template <typename... A>
-  static constexpr auto disturbance_spectral_density(const Model& m, const A&... a) requires requires { m.disturbance_spectral_density(a...); } { return m.disturbance_spectral_density(a...); }
+  template <typename M, typename... A>
+  static constexpr auto disturbance_spectral_density(const M& m, const A&... a)
+      -> decltype(m.disturbance_spectral_density(a...)) {
+    return m.disturbance_spectral_density(a...);
+  }
   /// w̄, q: a known part of the disturbance, eqs. (11)-(12). Optional: zero.
-  template <typename... A>
-  static constexpr auto disturbance_mean(const Model& m, const A&... a) requires requires { m.disturbance_mean(a...); } { return m.disturbance_mean(a...); }
+  template <typename M, typename... A>
+  static constexpr auto disturbance_mean(const M& m, const A&... a) -> decltype(m.disturbance_mean(a...)) {
+    return m.disturbance_mean(a...);
+  }
 };
 
 /// Sensor y = m(x) + v, cov v = R.
 template <typename Model>
 struct SensorTraits {
-  static constexpr int measurements = Model::measurements;    ///< p
+  static constexpr int measurements = detail::count_of_measurements<Model>();    ///< p
   static constexpr bool linear = detail::is_linear<Model>();  ///< promises m_x constant in x
 
   /// m(x), p.
-  template <typename... A>
-  static constexpr auto measurement(const Model& m, const A&... a) requires requires { m.measurement(a...); } { return m.measurement(a...); }
+  template <typename M, typename... A>
+  static constexpr auto measurement(const M& m, const A&... a) -> decltype(m.measurement(a...)) {
+    return m.measurement(a...);
+  }
   /// m_x(x), p×n. Optional.
-  template <typename... A>
-  static constexpr auto jacobian(const Model& m, const A&... a) requires requires { m.measurement_jacobian(a...); } { return m.measurement_jacobian(a...); }
+  template <typename M, typename... A>
+  static constexpr auto jacobian(const M& m, const A&... a) -> decltype(m.measurement_jacobian(a...)) {
+    return m.measurement_jacobian(a...);
+  }
   /// M(x) with M(x) x = m(x) - m(0), p×n. Optional.
-  template <typename... A>
-  static constexpr auto sdc(const Model& m, const A&... a) requires requires { m.measurement_sdc(a...); } { return m.measurement_sdc(a...); }
+  template <typename M, typename... A>
+  static constexpr auto sdc(const M& m, const A&... a) -> decltype(m.measurement_sdc(a...)) {
+    return m.measurement_sdc(a...);
+  }
   /// M(x; r) with M (x - r) = m(x) - m(r), arguments (x, r) or (x, r, at), p×n. Optional.
-  template <typename... A>
-  static constexpr auto sdc_about(const Model& m, const A&... a) requires requires { m.measurement_sdc_about(a...); } { return m.measurement_sdc_about(a...); }
+  template <typename M, typename... A>
+  static constexpr auto sdc_about(const M& m, const A&... a) -> decltype(m.measurement_sdc_about(a...)) {
+    return m.measurement_sdc_about(a...);
+  }
   /// R, p×p, symmetric positive definite.
-  template <typename... A>
-  static constexpr auto noise_covariance(const Model& m, const A&... a) requires requires { m.noise_covariance(a...); } { return m.noise_covariance(a...); }
+  template <typename M, typename... A>
+  static constexpr auto noise_covariance(const M& m, const A&... a) -> decltype(m.noise_covariance(a...)) {
+    return m.noise_covariance(a...);
+  }
   /// y - ŷ where subtraction is not enough (angles: wrap to [-π, π]), arguments (y, ŷ), p. Optional.
-  template <typename... A>
-  static constexpr auto residual(const Model& m, const A&... a) requires requires { m.residual(a...); } { return m.residual(a...); }
+  template <typename M, typename... A>
+  static constexpr auto residual(const M& m, const A&... a) -> decltype(m.residual(a...)) {
+    return m.residual(a...);
+  }
 };
 
 }  // namespace jml

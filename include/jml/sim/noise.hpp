@@ -5,8 +5,7 @@
 
 #include <cmath>
 #include <cstdint>
-#include <jml/linear_algebra.hpp>
-#include <limits>
+#include <jml/kernels.hpp>
 #include <random>
 
 namespace jml {
@@ -38,18 +37,10 @@ class Noise {
     return out;
   }
 
-  /// Normal with mean 0 and covariance `covariance` (n×n, symmetric positive semidefinite), by a pivot-free
-  /// Cholesky factor in which a zero pivot drops its column.
+  /// Normal with mean 0 and covariance `covariance`, n×n, symmetric positive semidefinite.
   template <int n>
   Vector<double, n> normal_vector(const Matrix<double, n, n>& covariance) {
-    Matrix<double, n, n> L = Matrix<double, n, n>::Zero();
-    for (int j = 0; j < n; ++j) {
-      const double pivot = covariance(j, j) - L.row(j).squaredNorm();
-      if (!(pivot > n * std::numeric_limits<double>::epsilon() * covariance(j, j))) continue;
-      L(j, j) = std::sqrt(pivot);
-      for (int i = j + 1; i < n; ++i) L(i, j) = (covariance(i, j) - L.row(i).dot(L.row(j))) / L(j, j);
-    }
-    return L * normal_vector<n>();
+    return kernel::SemidefiniteFactor<double, n>(covariance).L * normal_vector<n>();
   }
 
  private:

@@ -3,9 +3,8 @@
 /// Levenberg-Marquardt for a small least-squares problem of compile-time size, without heap.
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <algorithm>
-#include <jml/linear_algebra.hpp>
+#include <jml/kernels.hpp>
 #include <jml/solve/newton.hpp>
 #include <jml/status.hpp>
 
@@ -18,16 +17,20 @@ struct LevenbergMarquardt {
   int max_iterations = 100;
 
   template <typename Problem, typename Scalar, int size>
-  SolverReport minimize(const Problem& problem, Vector<Scalar, size>& u) const {
+  [[gnu::noinline]] SolverReport minimize(const Problem& problem, Vector<Scalar, size>& u) const {
     constexpr int rows = Problem::residuals;
     SolverReport report;
     Vector<Scalar, rows> r;
     Matrix<Scalar, rows, size> J;
+    kernel::SymmetricFactor<Scalar, size> factor;
     if (!problem.evaluate(u, r, &J)) return report;
     Scalar cost = r.squaredNorm(), damping = Scalar(1e-4), growth = 2;
     for (; report.iterations < max_iterations; ++report.iterations) {
-      const Vector<Scalar, size> gradient = J.transpose() * r;
-      Matrix<Scalar, size, size> normal = J.transpose() * J;
+      const Matrix<Scalar, size, rows> JT = J.transpose();
+      Vector<Scalar, size> gradient;
+      Matrix<Scalar, size, size> normal;
+      kernel::product(JT, r, gradient);
+      kernel::product(JT, J, normal);
       const Scalar floor = std::numeric_limits<Scalar>::epsilon() * (Scalar(1) + std::sqrt(cost)) * std::sqrt(normal.trace());
       if (gradient.norm() <= floor) {
         report.converged = true;
@@ -35,7 +38,8 @@ struct LevenbergMarquardt {
       }
       const Vector<Scalar, size> diagonal = normal.diagonal();
       normal.diagonal() += damping * diagonal;
-      const Vector<Scalar, size> step = normal.llt().solve(-gradient);
+      if (!factor.factor(normal)) break;
+      const Vector<Scalar, size> step = -factor.solve(gradient);
       Vector<Scalar, rows> trial;
       const Vector<Scalar, size> there = u + step;
       const bool defined = all_finite(step) && problem.evaluate(there, trial, static_cast<Matrix<Scalar, rows, size>*>(nullptr));

@@ -3,8 +3,7 @@
 /// Damped Newton for a small square system r(z) = 0.
 #pragma once
 
-#include <Eigen/LU>
-#include <jml/linear_algebra.hpp>
+#include <jml/kernels.hpp>
 
 namespace jml {
 
@@ -20,17 +19,18 @@ struct SolverReport {
 /// is the largest component of r over its scale. Ends at `tolerance`, at a step that no longer helps, or after
 /// `max_iterations`; z is then the best point found.
 template <typename System, typename Scalar, int size>
-SolverReport damped_newton(const System& system, Vector<Scalar, size>& z, Scalar tolerance, int max_iterations) {
+[[gnu::noinline]] SolverReport damped_newton(const System& system, Vector<Scalar, size>& z, Scalar tolerance, int max_iterations) {
   SolverReport report;
   Vector<Scalar, size> r;
   if (!system.residual(z, r)) return report;
   Scalar best = system.scaled(r, z);
   Matrix<Scalar, size, size> J;
+  kernel::GeneralFactor<Scalar, size> factor;
   for (; report.iterations < max_iterations; ++report.iterations) {
     if (best <= tolerance) break;
     if (!system.jacobian(z, J)) return report;
-    const Vector<Scalar, size> direction = J.partialPivLu().solve(r);
-    if (!all_finite(direction)) return report;
+    if (!factor.factor(J, Vector<Scalar, size>::Ones())) return report;
+    const Vector<Scalar, size> direction = factor.solve(r);
     bool better = false;
     Scalar damping = 1;
     for (int halvings = 0; halvings < 24 && !better; ++halvings, damping /= Scalar(2)) {

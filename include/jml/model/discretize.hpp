@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// From continuous dynamics ẋ = f(x) + G w to one discrete step of length dt, with its Jacobian, SDC and noise.
+///
+/// The stages of the integrator carry a matrix along: with A = f_x at each stage it becomes the Jacobian of the step
+/// by the chain rule; with A = F, F(x) x = f(x), it becomes a SDC matrix of the step, exactly, for the same reason.
+#pragma once
+
+#include <jml/kernels.hpp>
+#include <jml/model/concepts.hpp>
+#include <unsupported/Eigen/MatrixFunctions>
+
+namespace jml {
+
+/// x⁺ = x + dt f(x). Order 1.
+struct Euler {};
+/// The classical fourth-order Runge-Kutta step, control held.
+struct RungeKutta4 {};
+
+/// Noise of the step by Van Loan (1978, IEEE TAC 23): ∫₀^dt e^{As} G Q Gᵀ e^{Aᵀs} ds with A = f_x(x), from one
+/// exponential of a 2n×2n matrix. n disturbances, G = I.
+struct VanLoan {};
+/// Noise held over the step: G dt and Q/dt, rank q as the continuous model's. Order 1, and cheap.
+struct HeldNoise {};
+
+/// One step of `Continuous` as discrete dynamics; dt comes with the Instant of each step. Made by discretize().
+template <typename Continuous, typename Integrator, typename NoiseModel>
+class Discretized {
+  using Traits = DynamicsTraits<Continuous>;
+  static constexpr int n = Traits::states, q = Traits::disturbances;
+  static constexpr bool van_loan = std::is_same_v<NoiseModel, VanLoan>;
+
+  // Which derivatives the continuous model can give, for a state of scalar T.
+  template <typename T, typename S>
+  struct Gives {
+    using X = Vector<T, n>;
+    using Then = Instant<S, Traits::controls>;
+    static constexpr bool jacobian =
+        detail::Generic<decltype(detail::jacobian_of(std::declval<const Continuous&>())), X, Then> ||
+        detail::Generic<decltype(detail::dynamics_of(std::declval<const Continuous&>())), Vector<Dual<T, n>, n>, Then>;
+    static constexpr bool sdc = requires(const Continuous& c, const X& x) { Traits::sdc(c, x); } ||
+                                requires(const Continuous& c, const X& x, const Then& at) { Traits::sdc(c, x, at); };
+  };
+
+ public:
+  static constexpr int states = n;
+  static constexpr int disturbances = van_loan ? n : q;
+  static constexpr int controls = Traits::controls;
+  static constexpr bool linear = Traits::linear;
+
+  explicit Discretized(Continuous model) : continuous(std::move(model)) {}
+  Continuous continuous;
+
+  template <typename T, typename S>
+  Vector<T, n> dynamics(const Vector<T, n>& x, const Instant<S, controls>& at) const {
+    const auto f = [&](const Vector<T, n>& z, double fraction) { return jml::dynamics(continuous, z, stage(at, fraction)); };
+    const S h = at.dt;
+    if constexpr (std::is_same_v<Integrator, Euler>) {
+      return x + h * f(x, 0);
+    } else {
+      const Vector<T, n> k1 = f(x, 0);
+      const Vector<T, n> k2 = f(x + (h / 2) * k1, 0.5);
+      const Vector<T, n> k3 = f(x + (h / 2) * k2, 0.5);
+      const Vector<T, n> k4 = f(x + h * k3, 1);
+      return x + (h / 6) * (k1 + S(2) * k2 + S(2) * k3 + k4);
+    }
+  }
+
+  template <typename T, typename S>
+  Matrix<T, n, n> dynamics_jacobian(const Vector<T, n>& x, const Instant<S, controls>& at) const
+    requires(Gives<T, S>::jacobian)
+  {
+    return carry(x, at, [&](const Vector<T, n>& z, const Instant<S, controls>& then) { return jml::dynamics_jacobian(continuous, z, then); });
+  }
+
+  /// Where the continuous model has its own SDC matrix: about the origin, which must be an equilibrium.
+  template <typename T, typename S>
+  Matrix<T, n, n> dynamics_sdc(const Vector<T, n>& x, const Instant<S, controls>& at) const
+    requires(Gives<T, S>::sdc)
+  {
+    return carry(x, at, [&](const Vector<T, n>& z, const Instant<S, controls>& then) {
+      return jml::dynamics_sdc<true>(continuous, z, Vector<T, n>(Vector<T, n>::Zero()), then);
+    });
+  }
+
+  template <typename S>
+  Matrix<S, n, q> disturbance_input(const Vector<S, n>& x, const Instant<S, controls>& at) const
+    requires(!van_loan && q > 0)
+  {
+    return jml::disturbance_input(continuous, x, at) * at.dt;
+  }
+
+  template <typename S>
+  Matrix<S, disturbances, disturbances> disturbance_covariance(const Vector<S, n>& x, const Instant<S, controls>& at) const
+    requires(q > 0)
+  {
+    const auto density = [this](const auto&... a) -> decltype(Traits::disturbance_spectral_density(continuous, a...)) {
+      return Traits::disturbance_spectral_density(continuous, a...);
+    };
+    static_assert(detail::Callable<decltype(density), Vector<S, n>, Instant<S, controls>>,
+                  "jml: continuous dynamics with disturbances need disturbance_spectral_density(), q×q");
+    const Matrix<S, q, q> Q = detail::call(density, x, at).template cast<S>();
+    if constexpr (!van_loan) {
+      return at.dt > S(0) ? Matrix<S, q, q>(Q / at.dt) : Matrix<S, q, q>(Matrix<S, q, q>::Zero());
+    } else {
+      const Matrix<S, n, q> G = jml::disturbance_input(continuous, x, at);
+      const Matrix<S, n, n> A = jml::dynamics_jacobian(continuous, x, at);
+      Matrix<S, 2 * n, 2 * n> H = Matrix<S, 2 * n, 2 * n>::Zero();
+      H.template topLeftCorner<n, n>() = -A * at.dt;
+      H.template topRightCorner<n, n>() = G * Q * G.transpose() * at.dt;
+      H.template bottomRightCorner<n, n>() = A.transpose() * at.dt;
+      const Matrix<S, 2 * n, 2 * n> E = H.exp();
+      const Matrix<S, n, n> noise = E.template bottomRightCorner<n, n>().transpose() * E.template topRightCorner<n, n>();
+      return (noise + noise.transpose()) / S(2);
+    }
+  }
+
+ private:
+  template <typename S>
+  static Instant<S, controls> stage(Instant<S, controls> at, double fraction) {
+    at.time += fraction * static_cast<double>(at.dt);
+    return at;
+  }
+
+  /// Φ of the step with ẋ = A(x) x carried through the stages.
+  template <typename T, typename S, typename A>
+  Matrix<T, n, n> carry(const Vector<T, n>& x, const Instant<S, controls>& at, const A& a) const {
+    using Square = Matrix<T, n, n>;
+    const Square I = Square::Identity();
+    const S h = at.dt;
+    if constexpr (std::is_same_v<Integrator, Euler>) {
+      return I + h * a(x, stage(at, 0));
+    } else {
+      const auto f = [&](const Vector<T, n>& z, double fraction) { return jml::dynamics(continuous, z, stage(at, fraction)); };
+      const Vector<T, n> x2 = x + (h / 2) * f(x, 0);
+      const Vector<T, n> x3 = x + (h / 2) * f(x2, 0.5);
+      const Vector<T, n> x4 = x + h * f(x3, 0.5);
+      const Square K1 = a(x, stage(at, 0));
+      const Square K2 = a(x2, stage(at, 0.5)) * (I + (h / 2) * K1);
+      const Square K3 = a(x3, stage(at, 0.5)) * (I + (h / 2) * K2);
+      const Square K4 = a(x4, stage(at, 1)) * (I + h * K3);
+      return I + (h / 6) * (K1 + S(2) * K2 + S(2) * K3 + K4);
+    }
+  }
+};
+
+/// Discrete dynamics from continuous ones: `jml::discretize<jml::RungeKutta4>(model)`. dt is given at each step.
+template <typename Integrator, typename NoiseModel = VanLoan, ContinuousDynamics Continuous>
+[[nodiscard]] Discretized<Continuous, Integrator, NoiseModel> discretize(const Continuous& model) {
+  return Discretized<Continuous, Integrator, NoiseModel>(model);
+}
+
+}  // namespace jml
