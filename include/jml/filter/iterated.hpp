@@ -108,7 +108,7 @@ void iterate(const Rule& rule, const Step& step, const typename Step::X& predict
     }
     root.at = z;
     report.residual = step.scaled(root.visit.residual, z);
-    if (report.residual <= tolerance && !options.accept_at_limit) {
+    if (report.residual <= tolerance && !options.accept_at_limit && step.verdict(z, root.visit, report.residual, tolerance) == Status::ok) {
       root.status = Status::ok;
       return;
     }
@@ -129,10 +129,9 @@ void iterate(const Rule& rule, const Step& step, const typename Step::X& predict
       root.status = Status::accepted_at_limit;
       return;
     }
-    const Scalar moved = step.scaled(next - z, z);
-    if (moved <= tolerance && report.residual <= step.rounding(z, root.visit)) {
-      root.status = Status::accepted_at_rounding;
-      return;
+    if (step.scaled(next - z, z) <= tolerance) {  // settled: no sweep will move it any more
+      root.status = step.verdict(z, root.visit, report.residual, tolerance);
+      if (usable(root.status)) return;
     }
     plain = next;
     z = picard ? next : anderson.propose(z, next);
@@ -153,8 +152,7 @@ template <typename Step, typename Report, typename Scalar>
   root.at = root.z;
   if (!step.visit(root.z, root.visit)) return;
   report.residual = step.scaled(root.visit.residual, root.z);
-  if (report.residual <= tolerance) root.status = Status::ok;
-  else if (report.residual <= step.rounding(root.z, root.visit)) root.status = Status::accepted_at_rounding;
+  root.status = step.verdict(root.z, root.visit, report.residual, tolerance);
 }
 
 /// The root of one step: first attempt, then the net. `symmetric_prior`: the cost (11) must not have grown.

@@ -95,9 +95,9 @@ struct JointStep {
     v.misfit = measurement_residual(sensor, y, measurement(sensor, x_1, at_y));
     v.m_x = measurement_jacobian(sensor, x_1, at_y);
     v.nu = R_factor.solve(v.misfit);
-    const Matrix<Scalar, n, p> m_xT = v.m_x.transpose();
+    const Matrix<Scalar, n, p> m_xT = kernel::transposed(v.m_x);
     Matrix<Scalar, n, p> fm;
-    kernel::product(Matrix<Scalar, n, n>(v.f_x.transpose()), m_xT, fm);
+    kernel::product(kernel::transposed(v.f_x), m_xT, fm);
     kernel::product(prior.P, fm, v.Pfm);
     kernel::product(noise, m_xT, v.Cm);
     X line;
@@ -118,7 +118,15 @@ struct JointStep {
     floor.template head<n>() = sum;
     kernel::add_product<1>(X(v.f.cwiseAbs()), Matrix<Scalar, n, p>(v.Cm.cwiseAbs()), terms, sum);
     floor.template tail<n>() = sum;
-    return Scalar(8) * std::numeric_limits<Scalar>::epsilon() * scaled(floor, z);
+    return std::numeric_limits<Scalar>::epsilon() * scaled(floor, z);
+  }
+
+  /// ok: the residual is below the tolerance even with the rounding of its own evaluation added.
+  /// accepted_at_rounding: it is not, but no more than a few roundings, so no better z can be told from this one.
+  Status verdict(const Z& z, const Visit& v, Scalar residual, Scalar tolerance) const {
+    const Scalar floor = rounding(z, v);
+    if (residual + floor <= tolerance) return Status::ok;
+    return residual <= Scalar(8) * floor ? Status::accepted_at_rounding : Status::not_converged;
   }
 
   /// One sweep with matrices A (n×n) at x_s and E (p×n) at x_1 in the places of F and M; false where S is singular.
@@ -164,7 +172,7 @@ struct JointStep {
     Visit v;
     if (!visit(z, v)) return false;
     const X x_s = z.template head<n>(), x_1 = z.template tail<n>();
-    const Matrix<Scalar, n, p> m_xT = v.m_x.transpose();
+    const Matrix<Scalar, n, p> m_xT = kernel::transposed(v.m_x);
     X e;
     kernel::product(m_xT, v.nu, e);
     // ∂e/∂x_1 = Σ ν_k ∇²m_k - m_xᵀ R⁻¹ m_x
@@ -188,8 +196,8 @@ struct JointStep {
   /// ½ eᵀ f_x P f_xᵀ e + ½ eᵀ C e + ½ νᵀ R ν.
   Scalar cost_at_root(const Visit& v) const {
     X e, fe, Pfe, Ce;
-    kernel::product(Matrix<Scalar, n, p>(v.m_x.transpose()), v.nu, e);
-    kernel::product(Matrix<Scalar, n, n>(v.f_x.transpose()), e, fe);
+    kernel::product(kernel::transposed(v.m_x), v.nu, e);
+    kernel::product(kernel::transposed(v.f_x), e, fe);
     kernel::product(prior.P, fe, Pfe);
     kernel::product(noise, e, Ce);
     return (fe.dot(Pfe) + e.dot(Ce) + v.nu.dot(v.misfit)) / Scalar(2);

@@ -56,14 +56,14 @@ struct Ekf : GainRule<Slot::jacobian, Slot::jacobian, Slot::jacobian, Slot::jaco
 template <typename Reference = AboutOrigin, EvaluatedAt point = EvaluatedAt::estimate>
 struct Sddre : GainRule<Slot::sdc, Slot::sdc, Slot::sdc, Slot::sdc, Reference, point> {
   constexpr Sddre() = default;
-  constexpr explicit Sddre(const Reference& reference) { this->reference = reference; }
+  constexpr explicit Sddre(const Reference& about) { this->reference = about; }
 };
 
 /// The one-pass (non-iterative) joint maximum likelihood filter, eq. (14).
 template <typename Reference = AboutOrigin, EvaluatedAt point = EvaluatedAt::estimate>
 struct Jml : GainRule<Slot::sdc, Slot::jacobian, Slot::jacobian, Slot::sdc, Reference, point> {
   constexpr Jml() = default;
-  constexpr explicit Jml(const Reference& reference) { this->reference = reference; }
+  constexpr explicit Jml(const Reference& about) { this->reference = about; }
 };
 
 /// A rule of the one-pass recursion.

@@ -26,7 +26,7 @@ struct LevenbergMarquardt {
     if (!problem.evaluate(u, r, &J)) return report;
     Scalar cost = r.squaredNorm(), damping = Scalar(1e-4), growth = 2;
     for (; report.iterations < max_iterations; ++report.iterations) {
-      const Matrix<Scalar, size, rows> JT = J.transpose();
+      const Matrix<Scalar, size, rows> JT = kernel::transposed(J);
       Vector<Scalar, size> gradient;
       Matrix<Scalar, size, size> normal;
       kernel::product(JT, r, gradient);
