@@ -23,6 +23,7 @@ enum class Status : std::uint8_t {
   dynamics_not_finite,             ///< f, its Jacobian or its SDC matrix gave a NaN or an infinity
   sensor_not_finite,               ///< m, its Jacobian or its SDC matrix gave a NaN or an infinity
   singular_innovation,             ///< the innovation matrix S is singular to rounding, or not positive definite in a symmetric rule
+  innovation_indefinite,           ///< a gate was asked for, but sym(S) is not positive definite: NIS is not defined
   covariance_lost,                 ///< the new P is not finite, or has a negative variance in a symmetric rule
   not_converged,                   ///< no root of the implicit step was found within the bounds
   not_a_trajectory,                ///< the criterion J is not defined for this sequence of states
@@ -60,6 +61,7 @@ enum class Solver : std::uint8_t {
     case Status::dynamics_not_finite: return "refused: the dynamics gave a number that is not finite";
     case Status::sensor_not_finite: return "refused: the sensor model gave a number that is not finite";
     case Status::singular_innovation: return "refused: the innovation matrix is singular or indefinite";
+    case Status::innovation_indefinite: return "refused: no gate is defined, the symmetric part of S is not positive definite";
     case Status::covariance_lost: return "refused: the new P would not be a covariance";
     case Status::not_converged: return "refused: the implicit step did not converge";
     case Status::not_a_trajectory: return "refused: the states are no trajectory of the model";

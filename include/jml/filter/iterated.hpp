@@ -234,13 +234,11 @@ void joint_step_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>
       kernel::add_product<1>(root.visit.Cm, root.visit.f_x, root.visit.Pfm, Nm);
       kernel::add_product<1>(R, root.visit.m_x, Nm, report.innovation_matrix);
     }
-    if (!gate.off()) {
-      report.gate = gate.passes(report.nis(), p) ? Verdict::accepted : Verdict::rejected;
-      if (report.gate == Verdict::rejected) {
-        report.status = predict_into(rule.inner, d, process_noise, prior, at, out.x, out.P);
-        if (report.status == Status::ok && !all_finite(out.P)) report.status = blame(prior);
-        return;
-      }
+    if (!judge(gate, report)) return answer(Status::innovation_indefinite);
+    if (report.gate == Verdict::rejected) {
+      report.status = predict_into(rule.inner, d, process_noise, prior, at, out.x, out.P);
+      if (report.status == Status::ok && !all_finite(out.P)) report.status = blame(prior);
+      return;
     }
 
     const bool symmetric_prior = Inner::symmetric || is_symmetric(prior.P);

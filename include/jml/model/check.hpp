@@ -156,7 +156,9 @@ template <DiscreteDynamics D, int n, typename At = Instant<double, DynamicsTrait
     const auto Q = disturbance_covariance(d, x, at);
     if (!detail::is_covariance(Q)) report.add({Finding::Function::covariance, Finding::Fault::not_a_covariance, 0, 0, Q(0, 0), 0});
     detail::require_finite(report, Finding::Function::input, disturbance_input(d, x, at));
-    detail::require_finite(report, Finding::Function::mean, predicted_state(d, x, at));
+    if constexpr (has_disturbance_mean<D, Vector<double, n>, At>()) {
+      detail::require_finite(report, Finding::Function::mean, Vector<double, n>(predicted_state(d, x, at) - dynamics(d, x, at)));
+    }
   }
   return report;
 }

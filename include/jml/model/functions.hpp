@@ -112,9 +112,9 @@ Matrix<T, n, n> dynamics_sdc(const D& d, const Vector<T, n>& x, const Vector<T, 
   } else if constexpr (requires { Traits::sdc_about(d, x, reference); }) {
     return Traits::sdc_about(d, x, reference);
   } else {
-    const Vector<T, n> change = dynamics(d, x, at) - dynamics(d, reference, at);
-    return derive_sdc<n>([&](const Vector<T, n>& z) { return dynamics_jacobian(d, z, at); }, change, x,
-                         reference);
+    const Vector<T, n> here = dynamics(d, x, at), there = dynamics(d, reference, at);
+    return derive_sdc<n>([&](const Vector<T, n>& z) { return dynamics_jacobian(d, z, at); }, Vector<T, n>(here - there),
+                         Vector<T, n>(here.cwiseAbs() + there.cwiseAbs()), x, reference);
   }
 }
 
@@ -233,11 +233,10 @@ Matrix<T, measurements_of<S>, n> measurement_sdc(const S& s, const Vector<T, n>&
   } else if constexpr (requires { Traits::sdc_about(s, x, reference); }) {
     return Traits::sdc_about(s, x, reference);
   } else {
-    const Vector<T, measurements_of<S>> here = measurement(s, x, at);
-    const Vector<T, measurements_of<S>> there = measurement(s, reference, at);
-    return derive_sdc<measurements_of<S>>(
-        [&](const Vector<T, n>& z) { return measurement_jacobian(s, z, at); },
-        measurement_residual(s, here, there), x, reference);
+    constexpr int p = measurements_of<S>;
+    const Vector<T, p> here = measurement(s, x, at), there = measurement(s, reference, at);
+    return derive_sdc<p>([&](const Vector<T, n>& z) { return measurement_jacobian(s, z, at); },
+                         measurement_residual(s, here, there), Vector<T, p>(here.cwiseAbs() + there.cwiseAbs()), x, reference);
   }
 }
 

@@ -206,13 +206,11 @@ void update_into(const Rule& rule, const S& s, const Vector<Scalar, n>& predicti
     const Matrix<Scalar, p, n> slot_e = sensor_slot<Rule::E>(rule, s, prediction, prediction, at);
     regular = correct_riccati<Rule::symmetric>(N, slot_d, slot_e, R, report.innovation_matrix, report.gain, P);
   }
-  if (regular && !gate.off()) {
-    report.gate = gate.passes(report.nis(), p) ? Verdict::accepted : Verdict::rejected;
-    if (report.gate == Verdict::rejected) {
-      x = prediction;
-      P = N;
-      return;
-    }
+  if (regular && all_finite(report.innovation_matrix) && !judge(gate, report)) return answer(Status::innovation_indefinite);
+  if (report.gate == Verdict::rejected) {
+    x = prediction;
+    P = N;
+    return all_finite(N) ? void() : answer(Status::invalid_covariance);
   }
   kernel::add_product<1>(prediction, report.gain, report.innovation, x);
   if (regular && is_sound<Rule::symmetric>(P, N) && all_finite(x)) return;

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <jml/estimate.hpp>
+#include <jml/gate.hpp>
 #include <jml/kernels.hpp>
 #include <jml/status.hpp>
 
@@ -29,7 +30,7 @@ struct StepReport {
   Solver solver = Solver::none;
   int iterations = 0;   ///< sweeps or steps of all solvers together
   Scalar residual = 0;  ///< of the two ground-truth lines, relative to the state scale
-  Scalar cost = 0;      ///< one-step criterion (11) at the root
+  Scalar cost = 0;      ///< one-step criterion (11) at the root; may be negative where sym(P) is indefinite
   Vector<Scalar, n> smoothed = Vector<Scalar, n>::Zero();  ///< x_{i/i+1}: the previous state, seen from here
 
   /// Normalised innovation squared, innovationᵀ sym(S)⁻¹ innovation. NaN where sym(S) is not positive
@@ -41,6 +42,15 @@ struct StepReport {
     return factor.squared_norm(innovation);
   }
 };
+
+/// The gate's word on a report whose innovation and S are known. False where NIS is undefined.
+template <typename Scalar, int n, int p>
+[[nodiscard]] bool judge(const Gate& gate, StepReport<Scalar, n, p>& report) {
+  if (gate.off()) return true;
+  const Scalar nis = report.nis();
+  report.gate = gate.passes(nis, p) ? Verdict::accepted : Verdict::rejected;
+  return nis >= Scalar(0);
+}
 
 /// A step's answer. On refusal `estimate` is the prior, bit by bit.
 template <typename Scalar, int n, int p>
