@@ -22,11 +22,12 @@ inline constexpr int packet_bytes = 16;
 inline constexpr int packet_bytes = 0;  // no vector registers, or a compiler without vector extensions
 #endif
 
-/// Lanes of the widest packet that fits into `rows` entries; 1 means plain scalars.
-template <typename Scalar>
-constexpr int lanes(int rows) {
-  int width = packet_bytes / static_cast<int>(sizeof(Scalar));
-  while (width > rows) width /= 2;
+/// Lanes of the widest packet that fits into what is left of a column; 1 means plain scalars. Columns of up to three
+/// stay scalars: the compiler then keeps whole matrices in registers.
+template <typename Scalar, int rows>
+constexpr int lanes(int left) {
+  int width = rows < 4 ? 1 : packet_bytes / static_cast<int>(sizeof(Scalar));
+  while (width > left) width /= 2;
   return width < 1 ? 1 : width;
 }
 
@@ -43,24 +44,36 @@ struct Packet<Scalar, 1> {
   using type = Scalar;
 };
 
+/// f(0), f(1), …, f(count - 1): written out for three or fewer, so that the optimiser sees single numbers where it
+/// would else see an array in a loop; a loop for more.
+template <int count, typename F>
+[[gnu::always_inline]] inline void repeat(const F& f) {
+  if constexpr (count <= 3) {
+    [&]<int... i>(std::integer_sequence<int, i...>) __attribute__((always_inline)) { (f(i), ...); }
+    (std::make_integer_sequence<int, count>{});
+  } else {
+    for (int i = 0; i < count; ++i) f(i);
+  }
+}
+
 /// Rows [first, rows) of one column of out = start + sign · Σ_k a.col(k) coefficient(k), held in registers.
 ///
 /// Packets never overlap, 15 = 4+4+4+2+1: a load that spans two earlier stores would wait for both.
 template <int rows, int inner, int first, int sign, bool from_zero, typename Scalar, typename Coefficient>
 [[gnu::always_inline]] inline void column(Scalar* out, const Scalar* start, const Scalar* a, const Coefficient& coefficient) {
-  constexpr int width = lanes<Scalar>(rows - first);
+  constexpr int width = lanes<Scalar, rows>(rows - first);
   constexpr int packets = (rows - first) / width < 8 ? (rows - first) / width : 8;
   using P = typename Packet<Scalar, width>::type;
   [&]<int... c>(std::integer_sequence<int, c...>) __attribute__((always_inline)) {
     P sum[packets];
     if constexpr (from_zero) ((sum[c] = P{}), ...);
     else (std::memcpy(&sum[c], start + first + c * width, sizeof(P)), ...);
-    for (int k = 0; k < inner; ++k) {
+    repeat<inner>([&](int k) __attribute__((always_inline)) {
       const Scalar factor = sign > 0 ? coefficient(k) : -coefficient(k);
       P term[packets];
       (std::memcpy(&term[c], a + k * rows + first + c * width, sizeof(P)), ...);
       ((sum[c] += term[c] * factor), ...);
-    }
+    });
     (std::memcpy(out + first + c * width, &sum[c], sizeof(P)), ...);
   }(std::make_integer_sequence<int, packets>{});
   if constexpr (first + packets * width < rows) {
@@ -80,45 +93,45 @@ inline Matrix<Scalar, cols, rows> transposed(const Matrix<Scalar, rows, cols>& a
 
 /// out = a b.
 template <typename Scalar, int rows, int inner, int cols>
-inline void product(const Matrix<Scalar, rows, inner>& a, const Matrix<Scalar, inner, cols>& b,
+[[gnu::always_inline]] inline void product(const Matrix<Scalar, rows, inner>& a, const Matrix<Scalar, inner, cols>& b,
                     Matrix<Scalar, rows, cols>& out) {
-  for (int j = 0; j < cols; ++j) {
+  repeat<cols>([&](int j) __attribute__((always_inline)) {
     column<rows, inner, 0, 1, true>(out.data() + j * rows, out.data(), a.data(), [&](int k) { return b(k, j); });
-  }
+  });
 }
 
 /// out = a bᵀ.
 template <typename Scalar, int rows, int inner, int cols>
-inline void product_transposed(const Matrix<Scalar, rows, inner>& a, const Matrix<Scalar, cols, inner>& b,
+[[gnu::always_inline]] inline void product_transposed(const Matrix<Scalar, rows, inner>& a, const Matrix<Scalar, cols, inner>& b,
                                Matrix<Scalar, rows, cols>& out) {
-  for (int j = 0; j < cols; ++j) {
+  repeat<cols>([&](int j) __attribute__((always_inline)) {
     column<rows, inner, 0, 1, true>(out.data() + j * rows, out.data(), a.data(), [&](int k) { return b(j, k); });
-  }
+  });
 }
 
 /// out = start + sign · a b. `out` may be `start`.
 template <int sign, typename Scalar, int rows, int inner, int cols>
-inline void add_product(const Matrix<Scalar, rows, cols>& start, const Matrix<Scalar, rows, inner>& a,
+[[gnu::always_inline]] inline void add_product(const Matrix<Scalar, rows, cols>& start, const Matrix<Scalar, rows, inner>& a,
                         const Matrix<Scalar, inner, cols>& b, Matrix<Scalar, rows, cols>& out) {
-  for (int j = 0; j < cols; ++j) {
+  repeat<cols>([&](int j) __attribute__((always_inline)) {
     column<rows, inner, 0, sign, false>(out.data() + j * rows, start.data() + j * rows, a.data(), [&](int k) { return b(k, j); });
-  }
+  });
 }
 
 /// out = start + sign · a bᵀ. `out` may be `start`.
 template <int sign, typename Scalar, int rows, int inner, int cols>
-inline void add_product_transposed(const Matrix<Scalar, rows, cols>& start, const Matrix<Scalar, rows, inner>& a,
+[[gnu::always_inline]] inline void add_product_transposed(const Matrix<Scalar, rows, cols>& start, const Matrix<Scalar, rows, inner>& a,
                                    const Matrix<Scalar, cols, inner>& b, Matrix<Scalar, rows, cols>& out) {
-  for (int j = 0; j < cols; ++j) {
+  repeat<cols>([&](int j) __attribute__((always_inline)) {
     column<rows, inner, 0, sign, false>(out.data() + j * rows, start.data() + j * rows, a.data(), [&](int k) { return b(j, k); });
-  }
+  });
 }
 
 /// out = start + sign · a bᵀ where the result is known to be symmetric: the lower blocks, mirrored.
 template <int sign, typename Scalar, int n, int inner>
-inline void add_symmetric_product(const Matrix<Scalar, n, n>& start, const Matrix<Scalar, n, inner>& a,
+[[gnu::always_inline]] inline void add_symmetric_product(const Matrix<Scalar, n, n>& start, const Matrix<Scalar, n, inner>& a,
                                   const Matrix<Scalar, n, inner>& b, Matrix<Scalar, n, n>& out) {
-  constexpr int block = lanes<Scalar>(n);
+  constexpr int block = lanes<Scalar, n>(n);
   constexpr int blocks = (n + block - 1) / block;
   [&]<int... c>(std::integer_sequence<int, c...>) {
     (
@@ -130,9 +143,9 @@ inline void add_symmetric_product(const Matrix<Scalar, n, n>& start, const Matri
         }(),
         ...);
   }(std::make_integer_sequence<int, blocks>{});
-  for (int j = 1; j < n; ++j) {
+  repeat<n>([&](int j) __attribute__((always_inline)) {
     for (int i = 0; i < j; ++i) out(i, j) = out(j, i);
-  }
+  });
 }
 
 /// S = L D Lᵀ of a symmetric positive definite p×p matrix (lower triangle read). No roots.
@@ -142,7 +155,7 @@ struct SymmetricFactor {
   Vector<Scalar, p> inverse_diagonal;  // 1/D
 
   /// False where a pivot is below the rounding of the entry it came from: singular, indefinite or NaN.
-  [[nodiscard]] bool factor(const Matrix<Scalar, p, p>& s) {
+  [[nodiscard, gnu::always_inline]] bool factor(const Matrix<Scalar, p, p>& s) {
     constexpr Scalar slack = Scalar(4 * p) * std::numeric_limits<Scalar>::epsilon();
     lower = s;
     bool positive = true;
@@ -207,10 +220,16 @@ struct GeneralFactor {
   Vector<Scalar, p> inverse_diagonal;
   int order[p];
 
-  /// `scale(i)`: the size of a unit of component i (√R_ii), which makes the pivot test free of units.
+  /// `scale(i)`: the size of a unit of component i (√R_ii; with p = 1 R itself), which makes the pivot test free of units.
   /// False where S is singular to rounding relative to that scale, or not finite.
-  [[nodiscard]] bool factor(const Matrix<Scalar, p, p>& s, const Vector<Scalar, p>& scale) {
+  [[nodiscard, gnu::always_inline]] bool factor(const Matrix<Scalar, p, p>& s, const Vector<Scalar, p>& scale) {
     constexpr Scalar slack = Scalar(4 * p) * std::numeric_limits<Scalar>::epsilon();
+    if constexpr (p == 1) {
+      order[0] = 0;
+      inverse_diagonal(0) = Scalar(1) / s(0, 0);
+      const Scalar size = std::abs(s(0, 0));
+      return size > slack * scale(0) && size <= std::numeric_limits<Scalar>::max();
+    }
     lu = s;
     for (int j = 0; j < p; ++j) order[j] = j;
     bool regular = true;
@@ -239,6 +258,10 @@ struct GeneralFactor {
   /// gain = w S⁻¹, for n×p w.
   template <int n>
   void right_solve(const Matrix<Scalar, n, p>& w, Matrix<Scalar, n, p>& gain) const {
+    if constexpr (p == 1) {
+      gain = w * inverse_diagonal(0);
+      return;
+    }
     for (int j = 0; j < p; ++j) {
       gain.col(j) = w.col(order[j]);
       for (int k = 0; k < j; ++k) gain.col(j) -= gain.col(k) * lu(k, j);

@@ -18,7 +18,7 @@ using Vector = Eigen::Matrix<Scalar, rows, 1>;
 
 /// True if every entry is finite. 0·v is zero exactly where v is finite: four sums and no branch.
 template <typename Scalar, int rows, int cols, int options>
-[[nodiscard]] bool all_finite(const Eigen::Matrix<Scalar, rows, cols, options>& a) {
+[[nodiscard, gnu::always_inline]] inline bool all_finite(const Eigen::Matrix<Scalar, rows, cols, options>& a) {
   constexpr int size = rows * cols, whole = size / 4 * 4;
   const Scalar* v = a.data();
   Scalar sum[4] = {};
@@ -47,7 +47,7 @@ template <typename Scalar, int n>
 
 /// True if every entry off the diagonal is zero.
 template <typename Scalar, int n>
-[[nodiscard]] bool is_diagonal(const Matrix<Scalar, n, n>& a) {
+[[nodiscard, gnu::always_inline]] inline bool is_diagonal(const Matrix<Scalar, n, n>& a) {
   bool zero = true;
   for (int j = 0; j < n; ++j) {
     for (int i = 0; i < n; ++i) zero &= i == j || a(i, j) == Scalar(0);

@@ -61,10 +61,11 @@ class Filter {
     Report<S> report;
     report.status = status_;
     if (status_ != Status::ok) return report;
-    Estimate<Scalar, states> next;
+    State x;  // not initialised: they are written before they are read, or not read
+    Covariance P;
     const At at{time_, dt, control};
-    step_into(rule_, dynamics_, process_noise_, sensor, estimate_, y, at, gate, report, next);
-    accept(report.status, next, dt);
+    step_into(rule_, dynamics_, process_noise_, sensor, estimate_, y, at, gate, report, x, P);
+    accept(report.status, x, P, dt);
     return report;
   }
   template <typename S>
@@ -88,7 +89,7 @@ class Filter {
   [[nodiscard]] Status predict(Scalar dt, const Control& control = Control::Zero()) {
     if (status_ != Status::ok) return status_;
     const auto result = jml::detail::call_predict(rule_, dynamics_, process_noise_, estimate_, At{time_, dt, control});
-    accept(result.status, result.estimate, dt);
+    accept(result.status, result.estimate.x, result.estimate.P, dt);
     return result.status;
   }
   [[nodiscard]] Status predict() {
@@ -103,7 +104,7 @@ class Filter {
     report.status = status_;
     if (status_ != Status::ok) return report;
     const auto result = jml::detail::call_update(rule_, sensor, estimate_, y, At{time_, Scalar(0), Control::Zero()}, gate);
-    accept(result.report.status, result.estimate, Scalar(0));
+    accept(result.report.status, result.estimate.x, result.estimate.P, Scalar(0));
     return result.report;
   }
   template <typename S>
@@ -121,9 +122,10 @@ class Filter {
   [[nodiscard]] const Rule& rule() const { return rule_; }
 
  private:
-  void accept(Status status, const Estimate<Scalar, states>& next, Scalar dt) {
+  void accept(Status status, const State& x, const Covariance& P, Scalar dt) {
     if (!usable(status)) return;
-    estimate_ = next;
+    estimate_.x = x;
+    estimate_.P = P;
     time_ += static_cast<double>(dt);
   }
 

@@ -198,11 +198,11 @@ void solve_joint_step(const Rule& rule, const Step& step, const typename Step::X
   if (!judged()) root.status = Status::not_converged;
 }
 
-/// The implicit step of `d` and `s` from `prior` into `report` and `out`, which are touched on refusal too.
+/// The implicit step of `d` and `s` from `prior` into `report`, `x` and `P`, which are touched on refusal too.
 template <typename Rule, typename D, typename S, typename Scalar, int n, int p, typename At, typename SensorAt>
 void joint_step_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>& process_noise, const S& s,
                      const Estimate<Scalar, n>& prior, const Vector<Scalar, p>& y, const At& at, const SensorAt& at_y,
-                     const Gate& gate, StepReport<Scalar, n, p>& report, Estimate<Scalar, n>& out) {
+                     const Gate& gate, StepReport<Scalar, n, p>& report, Vector<Scalar, n>& x, Matrix<Scalar, n, n>& P) {
   using Inner = typename Rule::Inner;
   const auto answer = [&report](Status status) { report.status = status; };
   if (!valid(rule.options) || !gate.valid()) return answer(Status::invalid_option);
@@ -236,8 +236,8 @@ void joint_step_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>
     }
     if (!judge(gate, report)) return answer(Status::innovation_indefinite);
     if (report.gate == Verdict::rejected) {
-      report.status = predict_into(rule.inner, d, process_noise, prior, at, out.x, out.P);
-      if (report.status == Status::ok && !all_finite(out.P)) report.status = blame(prior);
+      report.status = predict_into(rule.inner, d, process_noise, prior, at, x, P);
+      if (report.status == Status::ok && !all_finite(P)) report.status = blame(prior);
       return;
     }
 
@@ -263,11 +263,11 @@ void joint_step_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>
     Matrix<Scalar, p, p> S_root;
     const bool regular = correct_riccati<Inner::symmetric>(N, sensor_slot_at_root.template operator()<Inner::D>(),
                                                            sensor_slot_at_root.template operator()<Inner::E>(), R, S_root,
-                                                           report.gain, out.P);
+                                                           report.gain, P);
     if (!regular) return answer(all_finite(S_root) ? Status::singular_innovation : Status::sensor_not_finite);
-    out.x = root.z.template tail<n>();
+    x = root.z.template tail<n>();
     report.smoothed = root.z.template head<n>();
-    if (!is_sound<Inner::symmetric>(out.P, N) || !all_finite(out.x)) return answer(Status::covariance_lost);
+    if (!is_sound<Inner::symmetric>(P, N) || !all_finite(x)) return answer(Status::covariance_lost);
     report.status = root.status;
   });
   if (!noise_valid) return answer(Status::invalid_disturbance_covariance);
@@ -297,16 +297,16 @@ template <IteratedRule Rule, typename S, typename Scalar, int n, int controls = 
   StepResult<Scalar, n, measurements_of<S>> out;
   const Stay<n> stay;
   detail::joint_step_into(rule, stay, detail::ProcessNoise<Scalar, Stay<n>>(stay), s, prior, y, Instant<Scalar>{}, at, gate,
-                          out.report, out.estimate);
+                          out.report, out.estimate.x, out.estimate.P);
   if (!usable(out.report.status)) out.estimate = prior;
   return out;
 }
 
-/// step() with the process noise kept by the caller; `out` is touched on refusal too.
+/// step() with the process noise kept by the caller; x and P are touched on refusal too.
 template <IteratedRule Rule, typename D, typename S, typename Scalar, int n, int p, typename At>
 void step_into(const Rule& rule, const D& d, const detail::ProcessNoise<Scalar, D>& process_noise, const S& s,
                const Estimate<Scalar, n>& prior, const Vector<Scalar, p>& y, const At& at, const Gate& gate,
-               StepReport<Scalar, n, p>& report, Estimate<Scalar, n>& out) {
+               StepReport<Scalar, n, p>& report, Vector<Scalar, n>& x, Matrix<Scalar, n, n>& P) {
   static_assert(detail::require_discrete<D>() && detail::require_sensor<S>());
   static_assert(states_of<D> == n, "jml: the estimate has not as many states as the dynamics");
   if constexpr (requires { Rule::measurement_only; }) {
@@ -315,9 +315,10 @@ void step_into(const Rule& rule, const D& d, const detail::ProcessNoise<Scalar, 
     if (report.status != Status::ok) return;
     const auto result = update(rule, s, predicted.estimate, y, detail::at_sample(at), gate);
     report = result.report;
-    out = result.estimate;
+    x = result.estimate.x;
+    P = result.estimate.P;
   } else {
-    detail::joint_step_into(rule, d, process_noise, s, prior, y, at, detail::at_sample(at), gate, report, out);
+    detail::joint_step_into(rule, d, process_noise, s, prior, y, at, detail::at_sample(at), gate, report, x, P);
   }
 }
 
@@ -329,7 +330,7 @@ template <IteratedRule Rule, typename D, typename S, typename Scalar, int n>
                                                              const Instant<Scalar, DynamicsTraits<D>::controls>& at = {},
                                                              const Gate& gate = {}) {
   StepResult<Scalar, n, measurements_of<S>> out;
-  step_into(rule, d, detail::ProcessNoise<Scalar, D>(d), s, prior, y, at, gate, out.report, out.estimate);
+  step_into(rule, d, detail::ProcessNoise<Scalar, D>(d), s, prior, y, at, gate, out.report, out.estimate.x, out.estimate.P);
   if (!usable(out.report.status)) out.estimate = prior;
   return out;
 }

@@ -144,11 +144,7 @@ struct JointStep {
     kernel::add_product<1>(v.Cm, A, v.Pfm, Nm);
     kernel::add_product<1>(R, E, Nm, Smatrix);
     kernel::GeneralFactor<Scalar, p> factor;
-    const Vector<Scalar, p> unit = [&] {
-      if constexpr (p == 1) return R;
-      else return Vector<Scalar, p>(R.diagonal().cwiseSqrt());
-    }();
-    if (!factor.factor(Smatrix, unit)) return false;
+    if (!factor.factor(Smatrix, noise_units(R))) return false;
     Vector<Scalar, p> misfit;
     kernel::add_product<-1>(v.misfit, E, X(bar - z.template tail<n>()), misfit);
     const Vector<Scalar, p> delta = factor.solve(misfit);

@@ -18,7 +18,7 @@ namespace jml {
 namespace detail {
 
 template <typename Scalar, int controls>
-Status check_instant(const Instant<Scalar, controls>& at) {
+[[gnu::always_inline]] inline Status check_instant(const Instant<Scalar, controls>& at) {
   if (!(at.dt >= Scalar(0)) || !std::isfinite(at.dt) || !std::isfinite(at.time)) return Status::invalid_time_step;
   if constexpr (controls > 0) {
     if (!all_finite(at.control)) return Status::invalid_control;
@@ -98,15 +98,22 @@ At at_sample(At at) {
 
 /// R is finite, symmetric, positive definite.
 template <typename Scalar, int p>
-bool is_noise_covariance(const Matrix<Scalar, p, p>& R) {
+[[gnu::always_inline]] inline bool is_noise_covariance(const Matrix<Scalar, p, p>& R) {
   if (is_diagonal(R)) return (R.diagonal().array() > Scalar(0)).all() && all_finite(R);
   return all_finite(R) && is_symmetric(R) && is_definite<Definite::positive>(R);
+}
+
+/// √R_ii, the unit of each component for a pivot test; with p = 1 no unit is needed but R's own, and no root.
+template <typename Scalar, int p>
+Vector<Scalar, p> noise_units(const Matrix<Scalar, p, p>& R) {
+  if constexpr (p == 1) return R;
+  else return R.diagonal().cwiseSqrt();
 }
 
 /// K and P⁺ from N: the algebra of one correction, for slots D and E (p×n).
 /// False where S is singular (or, in a symmetric rule, not positive definite).
 template <bool symmetric, typename Scalar, int n, int p>
-bool correct_riccati(const Matrix<Scalar, n, n>& N, const Matrix<Scalar, p, n>& slot_d, const Matrix<Scalar, p, n>& slot_e,
+[[gnu::always_inline]] inline bool correct_riccati(const Matrix<Scalar, n, n>& N, const Matrix<Scalar, p, n>& slot_d, const Matrix<Scalar, p, n>& slot_e,
                      const Matrix<Scalar, p, p>& R, Matrix<Scalar, p, p>& S, Matrix<Scalar, n, p>& gain,
                      Matrix<Scalar, n, n>& P) {
   Matrix<Scalar, n, p> ND;
@@ -121,11 +128,7 @@ bool correct_riccati(const Matrix<Scalar, n, n>& N, const Matrix<Scalar, p, n>& 
   } else {
     kernel::add_product<1>(R, slot_e, ND, S);
     kernel::GeneralFactor<Scalar, p> factor;
-    const Vector<Scalar, p> scale = [&] {
-      if constexpr (p == 1) return R;
-      else return Vector<Scalar, p>(R.diagonal().cwiseSqrt());
-    }();
-    if (!factor.factor(S, scale)) return false;
+    if (!factor.factor(S, noise_units(R))) return false;
     factor.right_solve(ND, gain);
     Matrix<Scalar, p, n> EN;
     kernel::product(slot_e, N, EN);
@@ -136,7 +139,7 @@ bool correct_riccati(const Matrix<Scalar, n, n>& N, const Matrix<Scalar, p, n>& 
 
 /// P is finite and, in a symmetric rule, has no variance below the rounding of what it was before.
 template <bool symmetric, typename Scalar, int n>
-bool is_sound(const Matrix<Scalar, n, n>& P, const Matrix<Scalar, n, n>& N) {
+[[gnu::always_inline]] inline bool is_sound(const Matrix<Scalar, n, n>& P, const Matrix<Scalar, n, n>& N) {
   if constexpr (symmetric) {
     constexpr Scalar slack = Scalar(16) * std::numeric_limits<Scalar>::epsilon();
     bool positive = true;
@@ -157,7 +160,7 @@ consteval bool require_linear_if_kalman() {
 
 /// predict() into the caller's x̄ and N, which are touched on refusal too. N is not asked to be finite.
 template <typename Rule, typename D, typename Scalar, int n, typename At>
-Status predict_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>& process_noise,
+[[gnu::always_inline]] inline Status predict_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>& process_noise,
                     const Estimate<Scalar, n>& prior, const At& at, Vector<Scalar, n>& x, Matrix<Scalar, n, n>& N) {
   if (const Status status = check_instant(at); status != Status::ok) return status;
   if (!all_finite(prior.x)) return Status::invalid_state;
@@ -186,7 +189,7 @@ Status blame(const Estimate<Scalar, n>& prior) {
 /// update() of x̄, N into the caller's x and P, which are touched on refusal too. A measurement that the gate
 /// rejects leaves the prediction in them.
 template <typename Rule, typename S, typename Scalar, int n, int p, typename At>
-void update_into(const Rule& rule, const S& s, const Vector<Scalar, n>& prediction, const Matrix<Scalar, n, n>& N,
+[[gnu::always_inline]] inline void update_into(const Rule& rule, const S& s, const Vector<Scalar, n>& prediction, const Matrix<Scalar, n, n>& N,
                  const Vector<Scalar, p>& y, const At& at, const Gate& gate, StepReport<Scalar, n, p>& report,
                  Vector<Scalar, n>& x, Matrix<Scalar, n, n>& P) {
   const auto answer = [&report](Status status) { report.status = status; };
@@ -268,20 +271,20 @@ template <OnePassRule Rule, typename S, typename Scalar, int n, int controls = 0
   return out;
 }
 
-/// step() with the process noise kept by the caller; `out` is touched on refusal too.
+/// step() with the process noise kept by the caller; x and P are touched on refusal too.
 template <OnePassRule Rule, typename D, typename S, typename Scalar, int n, int p, typename At>
-void step_into(const Rule& rule, const D& d, const detail::ProcessNoise<Scalar, D>& process_noise, const S& s,
+[[gnu::always_inline]] inline void step_into(const Rule& rule, const D& d, const detail::ProcessNoise<Scalar, D>& process_noise, const S& s,
                const Estimate<Scalar, n>& prior, const Vector<Scalar, p>& y, const At& at, const Gate& gate,
-               StepReport<Scalar, n, p>& report, Estimate<Scalar, n>& out) {
+               StepReport<Scalar, n, p>& report, Vector<Scalar, n>& x, Matrix<Scalar, n, n>& P) {
   static_assert(detail::require_discrete<D>() && detail::require_sensor<S>());
   static_assert(detail::require_linear_if_kalman<Rule, DynamicsTraits<D>::linear>() &&
                 detail::require_linear_if_kalman<Rule, SensorTraits<S>::linear>());
   static_assert(states_of<D> == n, "jml: the estimate has not as many states as the dynamics");
-  Vector<Scalar, n> x;
+  Vector<Scalar, n> prediction;
   Matrix<Scalar, n, n> N;
-  report.status = detail::predict_into(rule, d, process_noise, prior, at, x, N);
+  report.status = detail::predict_into(rule, d, process_noise, prior, at, prediction, N);
   if (report.status != Status::ok) return;
-  detail::update_into(rule, s, x, N, y, detail::at_sample(at), gate, report, out.x, out.P);
+  detail::update_into(rule, s, prediction, N, y, detail::at_sample(at), gate, report, x, P);
   if (report.status == Status::invalid_covariance) report.status = detail::blame(prior);
 }
 
@@ -293,7 +296,7 @@ template <OnePassRule Rule, typename D, typename S, typename Scalar, int n>
                                                              const Instant<Scalar, DynamicsTraits<D>::controls>& at = {},
                                                              const Gate& gate = {}) {
   StepResult<Scalar, n, measurements_of<S>> out;
-  step_into(rule, d, detail::ProcessNoise<Scalar, D>(d), s, prior, y, at, gate, out.report, out.estimate);
+  step_into(rule, d, detail::ProcessNoise<Scalar, D>(d), s, prior, y, at, gate, out.report, out.estimate.x, out.estimate.P);
   if (!usable(out.report.status)) out.estimate = prior;
   return out;
 }

@@ -45,7 +45,7 @@ struct StepReport {
 
 /// The gate's word on a report whose innovation and S are known. False where NIS is undefined.
 template <typename Scalar, int n, int p>
-[[nodiscard]] bool judge(const Gate& gate, StepReport<Scalar, n, p>& report) {
+[[nodiscard, gnu::always_inline]] inline bool judge(const Gate& gate, StepReport<Scalar, n, p>& report) {
   if (gate.off()) return true;
   const Scalar nis = report.nis();
   report.gate = gate.passes(nis, p) ? Verdict::accepted : Verdict::rejected;
