@@ -8,7 +8,8 @@
 
 namespace jml {
 
-/// P(χ² > value) for `degrees` ≥ 1, closed form; the degrees of a gate are the sensor's measurements.
+/// P(χ² > value) for `degrees` ≥ 1, closed form; the degrees of a gate are the sensor's
+/// measurements. For gates: e^-(value/2) underflows where averages over thousands of samples would need it.
 template <typename Scalar>
 [[nodiscard]] Scalar chi_square_upper_tail(Scalar value, int degrees) {
   if (value <= Scalar(0)) return Scalar(1);

@@ -44,6 +44,13 @@ class Filter {
     reset(initial, time);
   }
 
+  template <typename Other, int n>
+    requires(n != states)
+  Filter(Rule rule, D dynamics, const Estimate<Other, n>&, double time = 0)
+      : Filter(std::move(rule), std::move(dynamics), Estimate<Scalar, states>{}, time) {
+    static_assert(n == states, "jml: the estimate has not as many states as the dynamics");
+  }
+
   /// Innovation gate for every step and update; off by default.
   Gate gate;
 
@@ -51,18 +58,20 @@ class Filter {
   Status reset(const Estimate<Scalar, states>& estimate, double time) {
     estimate_ = estimate;
     time_ = time;
-    return status_ = check_estimate(rule_, estimate);
+    status_ = std::isfinite(time) ? check_estimate(rule_, estimate) : Status::invalid_time_step;
+    return status_;
   }
 
   /// Predict over dt and correct with y, the measurement at its end. dt: s, zero or positive; a model that
-  /// reads neither dt nor time may leave it out. control: held over the step.
+  /// reads neither dt nor time may leave it out. control: held over the step. After a refusal the filter still stands
+  /// at its old time: predict(dt) to go on without the measurement.
   template <typename S>
   [[nodiscard]] Report<S> step(const S& sensor, const Measurement<S>& y, Scalar dt, const Control& control = Control::Zero()) {
     Report<S> report;
     report.status = status_;
     if (status_ != Status::ok) return report;
-    State x;  // not initialised: they are written before they are read, or not read
-    Covariance P;
+    State x = State::Zero();
+    Covariance P = Covariance::Zero();
     const At at{time_, dt, control};
     step_into(rule_, dynamics_, process_noise_, sensor, estimate_, y, at, gate, report, x, P);
     accept(report.status, x, P, dt);
@@ -75,14 +84,14 @@ class Filter {
   }
   /// A single measurement as a plain number.
   template <typename S>
-    requires(measurements_of<S> == 1)
+    requires(measurements_of<S> <= 1)  // 0: said nowhere, which step() puts into words
   [[nodiscard]] Report<S> step(const S& sensor, Scalar y, Scalar dt, const Control& control = Control::Zero()) {
-    return step(sensor, Measurement<S>(y), dt, control);
+    return step(sensor, Measurement<S>::Constant(y), dt, control);
   }
   template <typename S>
-    requires(measurements_of<S> == 1)
+    requires(measurements_of<S> <= 1)  // 0: said nowhere, which step() puts into words
   [[nodiscard]] Report<S> step(const S& sensor, Scalar y) {
-    return step(sensor, Measurement<S>(y));
+    return step(sensor, Measurement<S>::Constant(y));
   }
 
   /// A step without a measurement.
@@ -108,9 +117,9 @@ class Filter {
     return result.report;
   }
   template <typename S>
-    requires(measurements_of<S> == 1)
+    requires(measurements_of<S> <= 1)  // 0: said nowhere, which step() puts into words
   [[nodiscard]] Report<S> update(const S& sensor, Scalar y) {
-    return update(sensor, Measurement<S>(y));
+    return update(sensor, Measurement<S>::Constant(y));
   }
 
   [[nodiscard]] Status status() const { return status_; }  ///< of the estimate and the constants of the model

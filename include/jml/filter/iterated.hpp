@@ -258,7 +258,7 @@ void joint_step_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>
     const Matrix<Scalar, n, n> A = slot.template operator()<Inner::A>();
     Matrix<Scalar, n, n> AP, N;
     kernel::product(A, prior.P, AP);
-    if constexpr (Inner::A == Inner::B) kernel::add_symmetric_product<1>(noise, AP, A, N);
+    if constexpr (Inner::symmetric) kernel::add_symmetric_product<1>(noise, AP, A, N);
     else kernel::add_product_transposed<1>(noise, AP, slot.template operator()<Inner::B>(), N);
     Matrix<Scalar, p, p> S_root;
     const bool regular = correct_riccati<Inner::symmetric>(N, sensor_slot_at_root.template operator()<Inner::D>(),
@@ -267,7 +267,7 @@ void joint_step_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>
     if (!regular) return answer(all_finite(S_root) ? Status::singular_innovation : Status::sensor_not_finite);
     x = root.z.template tail<n>();
     report.smoothed = root.z.template head<n>();
-    if (!is_sound<Inner::symmetric>(P, N) || !all_finite(x)) return answer(Status::covariance_lost);
+    if (!is_sound<Inner::symmetric>(P) || !all_finite(x)) return answer(Status::covariance_lost);
     report.status = root.status;
   });
   if (!noise_valid) return answer(Status::invalid_disturbance_covariance);

@@ -108,10 +108,14 @@ struct JointStep {
     return all_finite(v.residual);
   }
 
-  /// What rounding alone leaves in the residual at z: ε times the terms it is the difference of. The misfit's
-  /// own rounding enters through R⁻¹, so it is large where the measurement is much better than the prior.
+  /// What rounding alone leaves in the residual at z: ε times the terms it is the difference of. The misfit's own
+  /// rounding, that of x_1 seen through m_x included, enters through R⁻¹: large where the measurement is far better
+  /// than the prior.
   Scalar rounding(const Z& z, const Visit& v) const {
-    const Vector<Scalar, p> terms = R_factor.solve(Vector<Scalar, p>(y.cwiseAbs() + (y - v.misfit).cwiseAbs())).cwiseAbs();
+    Vector<Scalar, p> terms;
+    kernel::add_product<1>(Vector<Scalar, p>(y.cwiseAbs() + (y - v.misfit).cwiseAbs()), Matrix<Scalar, p, n>(v.m_x.cwiseAbs()),
+                           X(z.template tail<n>().cwiseAbs()), terms);
+    terms = R_factor.solve(terms).cwiseAbs();
     Z floor;
     X sum;
     kernel::add_product<1>(X(prior.x.cwiseAbs()), Matrix<Scalar, n, p>(v.Pfm.cwiseAbs()), terms, sum);

@@ -42,6 +42,8 @@ class ProcessNoise {
   using X = Vector<Scalar, n>;
   using At = Instant<Scalar, Traits::controls>;
   static constexpr bool identity_input = !has_disturbance_input<D, X, At>();
+  static_assert(!identity_input || q == 0 || q == n,
+                "jml: the dynamics have fewer disturbances than states: give disturbance_input(), n×q");
   static constexpr bool constant =
       q == 0 || (requires(const D& d) { Traits::disturbance_covariance(d); } &&
                  (identity_input || requires(const D& d) { Traits::disturbance_input(d); }));
@@ -71,7 +73,7 @@ class ProcessNoise {
     if constexpr (q > 0) {
       const Matrix<Scalar, q, q> Q = disturbance_covariance(d, x, at);
       if (!is_covariance(Q)) return false;
-      if constexpr (identity_input) {
+      if constexpr (identity_input && q == n) {
         out = Q;
       } else {
         const Matrix<Scalar, n, q> G = disturbance_input(d, x, at);
@@ -137,13 +139,12 @@ template <bool symmetric, typename Scalar, int n, int p>
   return true;
 }
 
-/// P is finite and, in a symmetric rule, has no variance below the rounding of what it was before.
+/// P is finite and, in a symmetric rule, has no negative variance.
 template <bool symmetric, typename Scalar, int n>
-[[gnu::always_inline]] inline bool is_sound(const Matrix<Scalar, n, n>& P, const Matrix<Scalar, n, n>& N) {
+[[gnu::always_inline]] inline bool is_sound(const Matrix<Scalar, n, n>& P) {
   if constexpr (symmetric) {
-    constexpr Scalar slack = Scalar(16) * std::numeric_limits<Scalar>::epsilon();
     bool positive = true;
-    for (int i = 0; i < n; ++i) positive &= P(i, i) >= -slack * N(i, i);
+    for (int i = 0; i < n; ++i) positive &= P(i, i) >= Scalar(0);
     if (!positive) return false;
   }
   return all_finite(P);
@@ -170,7 +171,7 @@ template <typename Rule, typename D, typename Scalar, int n, typename At>
   Matrix<Scalar, n, n> AP;
   kernel::product(A, prior.P, AP);
   const bool valid = process_noise.with(d, prior.x, at, [&](const Matrix<Scalar, n, n>& noise) {
-    if constexpr (Rule::A == Rule::B) {
+    if constexpr (Rule::symmetric) {
       kernel::add_symmetric_product<1>(noise, AP, A, N);
     } else {
       kernel::add_product_transposed<1>(noise, AP, dynamics_slot<Rule::B>(rule, d, point, prior.x, at), N);
@@ -216,9 +217,9 @@ template <typename Rule, typename S, typename Scalar, int n, int p, typename At>
     return all_finite(N) ? void() : answer(Status::invalid_covariance);
   }
   kernel::add_product<1>(prediction, report.gain, report.innovation, x);
-  if (regular && is_sound<Rule::symmetric>(P, N) && all_finite(x)) return;
+  if (regular && is_sound<Rule::symmetric>(P) && all_finite(x)) return;
   if (!all_finite(N)) return answer(Status::invalid_covariance);
-  if (!all_finite(slot_d) || (regular && !all_finite(report.innovation_matrix))) return answer(Status::sensor_not_finite);
+  if (!all_finite(slot_d) || !all_finite(report.innovation_matrix)) return answer(Status::sensor_not_finite);
   answer(regular ? Status::covariance_lost : Status::singular_innovation);
 }
 

@@ -18,7 +18,7 @@ class Noise {
   explicit Noise(std::uint64_t seed) : engine_(seed) {}
 
   /// Uniform in (0, 1).
-  double uniform() { return (static_cast<double>(engine_() >> 11) + 0.5) * 0x1p-53; }
+  double uniform() { return (static_cast<double>(engine_() >> 12) + 0.5) * 0x1p-52; }
   /// Uniform in (low, high).
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
 

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The runs that host and target both make: 200 filter steps on the Van der Pol oscillator from the same
+/// measurements, of which every tenth estimate is kept.
+#pragma once
+
+#include <cstddef>
+#include <jml/jml.hpp>
+
+#include "models/van_der_pol.hpp"
+
+namespace bare_metal {
+
+inline constexpr int steps = 200, kept_every = 10, numbers_kept = 6;
+
+/// (x, P by columns) of the kept estimates.
+using Table = double[steps / kept_every][numbers_kept];
+
+/// One run; false as soon as a step is refused.
+using Run = bool(const double (&y)[steps], Table& table);
+Run ekf_double, ekf_float, jml_double, jml_float, iterated_jml_double, iterated_jml_float;
+
+struct Case {
+  const char* name;
+  Run* run;
+  double tolerance;  // of host against target, relative to the largest value of the column
+};
+inline constexpr Case cases[] = {
+    // The target contracts a*b + c into one rounding and the host does not, so results are some roundings
+    // apart (measured: 8e-16, float: 4e-7); the tolerance leaves room for other compilers. An iterated step
+    // stops within its own tolerance of the root (1e-12, float: 1e-5), perhaps a sweep earlier or later.
+    {"EKF, double", ekf_double, 1e-13},
+    {"EKF, float", ekf_float, 1e-5},
+    {"JML, double", jml_double, 1e-13},
+    {"JML, float", jml_float, 1e-5},
+    {"iterated JML, double", iterated_jml_double, 1e-11},
+    {"iterated JML, float", iterated_jml_float, 1e-4},
+};
+inline constexpr std::size_t case_count = sizeof(cases) / sizeof(cases[0]);
+
+template <typename Scalar, typename Rule>
+bool run(const Rule& rule, const double (&y)[steps], Table& table) {
+  const jml::Estimate<Scalar, 2> start{jml::Vector<Scalar, 2>(Scalar(0.5), Scalar(0)),
+                                       Scalar(0.1) * jml::Matrix<Scalar, 2, 2>::Identity()};
+  jml::Filter filter{rule, models::VanDerPol{}, start};
+  for (int i = 0; i < steps; ++i) {
+    const auto report = filter.step(models::SaturatingPosition{}, static_cast<Scalar>(y[i]));
+    if (!jml::usable(report.status)) return false;
+    if ((i + 1) % kept_every != 0) continue;
+    double(&row)[numbers_kept] = table[i / kept_every];
+    for (int k = 0; k < 2; ++k) row[k] = static_cast<double>(filter.x()(k));
+    for (int k = 0; k < 4; ++k) row[2 + k] = static_cast<double>(filter.P()(k % 2, k / 2));
+  }
+  return true;
+}
+
+}  // namespace bare_metal

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One step of a linear tracker: the answer is known in closed form.
+#include <cmath>
+#include <cstdio>
+#include <jml/jml.hpp>
+#ifdef WITH_ceres
+#include <jml/solve/ceres.hpp>
+#endif
+
+struct Walk {  // x⁺ = x + w
+  static constexpr int states = 1;
+  static constexpr bool linear = true;
+  template <typename T>
+  jml::Vector<T, 1> dynamics(const jml::Vector<T, 1>& x) const {
+    return x;
+  }
+  jml::Matrix<double, 1, 1> disturbance_covariance() const { return jml::Matrix<double, 1, 1>(1); }
+};
+struct Scale {  // y = x + v
+  static constexpr int measurements = 1;
+  static constexpr bool linear = true;
+  template <typename T>
+  jml::Vector<T, 1> measurement(const jml::Vector<T, 1>& x) const {
+    return x;
+  }
+  jml::Matrix<double, 1, 1> noise_covariance() const { return jml::Matrix<double, 1, 1>(2); }
+};
+
+int main() {
+  const jml::Estimate<double, 1> start{jml::Vector<double, 1>(0), jml::Matrix<double, 1, 1>(1)};
+  jml::Filter filter{jml::Kalman{}, Walk{}, start};
+  const auto report = filter.step(Scale{}, 3.0);
+  std::printf("%s, x = %g\n", jml::describe(report.status), filter.x()(0));
+  return jml::usable(report.status) && std::abs(filter.x()(0) - 1.5) < 1e-12 ? 0 : 1;  // gain 2/(2 + 2)
+}
