@@ -44,18 +44,6 @@ struct Packet<Scalar, 1> {
   using type = Scalar;
 };
 
-/// f(0), f(1), …, f(count - 1): written out for three or fewer, so that the optimiser sees single numbers where it
-/// would else see an array in a loop; a loop for more.
-template <int count, typename F>
-[[gnu::always_inline]] inline void repeat(const F& f) {
-  if constexpr (count <= 3) {
-    [&]<int... i>(std::integer_sequence<int, i...>) __attribute__((always_inline)) { (f(i), ...); }
-    (std::make_integer_sequence<int, count>{});
-  } else {
-    for (int i = 0; i < count; ++i) f(i);
-  }
-}
-
 /// Rows [first, rows) of one column of out = start + sign · Σ_k a.col(k) coefficient(k), held in registers.
 ///
 /// Packets never overlap, 15 = 4+4+4+2+1: a load that spans two earlier stores would wait for both.
@@ -157,6 +145,10 @@ struct SymmetricFactor {
   /// False where a pivot is below the rounding of the entry it came from: singular, indefinite or NaN.
   [[nodiscard, gnu::always_inline]] bool factor(const Matrix<Scalar, p, p>& s) {
     constexpr Scalar slack = Scalar(4 * p) * std::numeric_limits<Scalar>::epsilon();
+    if constexpr (p == 1) {
+      inverse_diagonal(0) = Scalar(1) / s(0, 0);
+      return s(0, 0) > Scalar(0);
+    }
     lower = s;
     bool positive = true;
     for (int k = 0; k < p; ++k) {
@@ -201,6 +193,12 @@ struct SymmetricFactor {
   template <int n>
   void right_solve(const Matrix<Scalar, n, p>& w, Matrix<Scalar, n, p>& v, Matrix<Scalar, n, p>& scaled,
                    Matrix<Scalar, n, p>& gain) const {
+    if constexpr (p == 1) {
+      assign(v, w);
+      kernel::scale(scaled, inverse_diagonal(0), w);
+      kernel::scale(gain, inverse_diagonal(0), w);
+      return;
+    }
     for (int j = 0; j < p; ++j) {
       v.col(j) = w.col(j);
       for (int k = 0; k < j; ++k) v.col(j) -= v.col(k) * lower(j, k);
@@ -259,7 +257,7 @@ struct GeneralFactor {
   template <int n>
   void right_solve(const Matrix<Scalar, n, p>& w, Matrix<Scalar, n, p>& gain) const {
     if constexpr (p == 1) {
-      gain = w * inverse_diagonal(0);
+      kernel::scale(gain, inverse_diagonal(0), w);
       return;
     }
     for (int j = 0; j < p; ++j) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <type_traits>
+#include <utility>
 
 namespace jml {
 
@@ -16,19 +17,55 @@ using Matrix = Eigen::Matrix<Scalar, rows, cols>;
 template <typename Scalar, int rows>
 using Vector = Eigen::Matrix<Scalar, rows, 1>;
 
+namespace kernel {
+
+/// f(0), f(1), …, f(count - 1): written out up to `limit`, so that the optimiser sees single numbers in registers where it
+/// would else see an array in a loop; a loop for more.
+template <int count, int limit = 3, typename F>
+[[gnu::always_inline]] inline void repeat(const F& f) {
+  if constexpr (count <= limit) {
+    [&]<int... i>(std::integer_sequence<int, i...>) __attribute__((always_inline)) { (f(i), ...); }
+    (std::make_integer_sequence<int, count>{});
+  } else {
+    for (int i = 0; i < count; ++i) f(i);
+  }
+}
+
+/// to = from, number by number where they are few: a packet would pin them to the stack.
+template <typename Scalar, int rows, int cols>
+[[gnu::always_inline]] inline void assign(Matrix<Scalar, rows, cols>& to, const Matrix<Scalar, rows, cols>& from) {
+  if constexpr (rows * cols <= 9) {
+    repeat<rows * cols, 9>([&](int i) __attribute__((always_inline)) { to.data()[i] = from.data()[i]; });
+  } else {
+    to = from;
+  }
+}
+
+/// to = factor · from, likewise.
+template <typename Scalar, int rows, int cols>
+[[gnu::always_inline]] inline void scale(Matrix<Scalar, rows, cols>& to, Scalar factor, const Matrix<Scalar, rows, cols>& from) {
+  if constexpr (rows * cols <= 9) {
+    repeat<rows * cols, 9>([&](int i) __attribute__((always_inline)) { to.data()[i] = factor * from.data()[i]; });
+  } else {
+    to = factor * from;
+  }
+}
+
+}  // namespace kernel
+
 /// True if every entry is finite. 0·v is zero exactly where v is finite: four sums and no branch.
 template <typename Scalar, int rows, int cols, int options>
 [[nodiscard, gnu::always_inline]] inline bool all_finite(const Eigen::Matrix<Scalar, rows, cols, options>& a) {
-  constexpr int size = rows * cols, whole = size / 4 * 4;
+  constexpr int size = rows * cols, fours = size / 4;
   const Scalar* v = a.data();
   Scalar sum[4] = {};
-  for (int i = 0; i < whole; i += 4) {
-    sum[0] += Scalar(0) * v[i];
-    sum[1] += Scalar(0) * v[i + 1];
-    sum[2] += Scalar(0) * v[i + 2];
-    sum[3] += Scalar(0) * v[i + 3];
-  }
-  for (int i = whole; i < size; ++i) sum[0] += Scalar(0) * v[i];
+  kernel::repeat<fours, 2>([&](int i) __attribute__((always_inline)) {
+    sum[0] += Scalar(0) * v[4 * i];
+    sum[1] += Scalar(0) * v[4 * i + 1];
+    sum[2] += Scalar(0) * v[4 * i + 2];
+    sum[3] += Scalar(0) * v[4 * i + 3];
+  });
+  kernel::repeat<size - 4 * fours>([&](int i) __attribute__((always_inline)) { sum[i] += Scalar(0) * v[4 * fours + i]; });
   return (sum[0] + sum[1]) + (sum[2] + sum[3]) == Scalar(0);
 }
 

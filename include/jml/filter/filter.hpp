@@ -70,8 +70,10 @@ class Filter {
     Report<S> report;
     report.status = status_;
     if (status_ != Status::ok) return report;
-    State x = State::Zero();
-    Covariance P = Covariance::Zero();
+    State x;
+    Covariance P;
+    kernel::assign(x, estimate_.x);
+    kernel::assign(P, estimate_.P);
     const At at{time_, dt, control};
     step_into(rule_, dynamics_, process_noise_, sensor, estimate_, y, at, gate, report, x, P);
     accept(report.status, x, P, dt);
@@ -133,8 +135,8 @@ class Filter {
  private:
   void accept(Status status, const State& x, const Covariance& P, Scalar dt) {
     if (!usable(status)) return;
-    estimate_.x = x;
-    estimate_.P = P;
+    kernel::assign(estimate_.x, x);
+    kernel::assign(estimate_.P, P);
     time_ += static_cast<double>(dt);
   }
 

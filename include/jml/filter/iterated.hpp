@@ -237,7 +237,7 @@ void joint_step_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>
     if (!judge(gate, report)) return answer(Status::innovation_indefinite);
     if (report.gate == Verdict::rejected) {
       report.status = predict_into(rule.inner, d, process_noise, prior, at, x, P);
-      if (report.status == Status::ok && !all_finite(P)) report.status = blame(prior);
+      if (report.status == Status::ok && !(all_finite(x) && all_finite(P))) report.status = blame(prior);
       return;
     }
 

@@ -144,7 +144,7 @@ template <bool symmetric, typename Scalar, int n>
 [[gnu::always_inline]] inline bool is_sound(const Matrix<Scalar, n, n>& P) {
   if constexpr (symmetric) {
     bool positive = true;
-    for (int i = 0; i < n; ++i) positive &= P(i, i) >= Scalar(0);
+    kernel::repeat<n>([&](int i) __attribute__((always_inline)) { positive &= P(i, i) >= Scalar(0); });
     if (!positive) return false;
   }
   return all_finite(P);
@@ -159,13 +159,14 @@ consteval bool require_linear_if_kalman() {
   return true;
 }
 
-/// predict() into the caller's x̄ and N, which are touched on refusal too. N is not asked to be finite.
+/// predict() into the caller's x̄ and N, which are touched on refusal too and not asked to be finite: a NaN goes through
+/// every later line, so the hot path looks for it once, at its end, and only then asks where it came from.
 template <typename Rule, typename D, typename Scalar, int n, typename At>
 [[gnu::always_inline]] inline Status predict_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>& process_noise,
-                    const Estimate<Scalar, n>& prior, const At& at, Vector<Scalar, n>& x, Matrix<Scalar, n, n>& N) {
+                                                  const Estimate<Scalar, n>& prior, const At& at, Vector<Scalar, n>& x,
+                                                  Matrix<Scalar, n, n>& N) {
   if (const Status status = check_instant(at); status != Status::ok) return status;
-  if (!all_finite(prior.x)) return Status::invalid_state;
-  x = predicted_state(d, prior.x, at);
+  kernel::assign(x, predicted_state(d, prior.x, at));
   const Vector<Scalar, n>& point = Rule::evaluated_at == EvaluatedAt::estimate ? prior.x : x;
   const Matrix<Scalar, n, n> A = dynamics_slot<Rule::A>(rule, d, point, prior.x, at);
   Matrix<Scalar, n, n> AP;
@@ -177,50 +178,65 @@ template <typename Rule, typename D, typename Scalar, int n, typename At>
       kernel::add_product_transposed<1>(noise, AP, dynamics_slot<Rule::B>(rule, d, point, prior.x, at), N);
     }
   });
-  if (!valid) return Status::invalid_disturbance_covariance;
-  return all_finite(x) ? Status::ok : Status::dynamics_not_finite;
+  return valid ? Status::ok : Status::invalid_disturbance_covariance;
 }
 
-/// Why N is not finite.
+/// Why a prediction is not finite.
 template <typename Scalar, int n>
-Status blame(const Estimate<Scalar, n>& prior) {
+[[gnu::noinline]] Status blame(const Estimate<Scalar, n>& prior) {
+  if (!all_finite(prior.x)) return Status::invalid_state;
   return all_finite(prior.P) ? Status::dynamics_not_finite : Status::invalid_covariance;
+}
+
+/// Why a correction failed, in the order in which its inputs came.
+template <typename Scalar, int n, int p>
+[[gnu::noinline]] Status blame(const Vector<Scalar, n>& prediction, const Matrix<Scalar, n, n>& N, const Vector<Scalar, p>& y,
+                               const Matrix<Scalar, p, n>& slot_d, const StepReport<Scalar, n, p>& report, bool regular) {
+  if (!all_finite(y)) return Status::invalid_measurement;
+  if (!all_finite(prediction)) return Status::invalid_state;
+  if (!all_finite(N)) return Status::invalid_covariance;
+  if (!all_finite(report.innovation) || !all_finite(slot_d) || !all_finite(report.innovation_matrix)) return Status::sensor_not_finite;
+  return regular ? Status::covariance_lost : Status::singular_innovation;
 }
 
 /// update() of x̄, N into the caller's x and P, which are touched on refusal too. A measurement that the gate
 /// rejects leaves the prediction in them.
 template <typename Rule, typename S, typename Scalar, int n, int p, typename At>
-[[gnu::always_inline]] inline void update_into(const Rule& rule, const S& s, const Vector<Scalar, n>& prediction, const Matrix<Scalar, n, n>& N,
-                 const Vector<Scalar, p>& y, const At& at, const Gate& gate, StepReport<Scalar, n, p>& report,
-                 Vector<Scalar, n>& x, Matrix<Scalar, n, n>& P) {
+[[gnu::always_inline]] inline void update_into(const Rule& rule, const S& s, const Vector<Scalar, n>& prediction,
+                                               const Matrix<Scalar, n, n>& N, const Vector<Scalar, p>& y, const At& at,
+                                               const Gate& gate, StepReport<Scalar, n, p>& report, Vector<Scalar, n>& x,
+                                               Matrix<Scalar, n, n>& P) {
   const auto answer = [&report](Status status) { report.status = status; };
-  if (!gate.valid()) return answer(Status::invalid_option);
-  if (!all_finite(y)) return answer(Status::invalid_measurement);
   const Matrix<Scalar, p, p> R = noise_covariance(s, prediction, at);
-  if (!is_noise_covariance(R)) return answer(Status::invalid_noise_covariance);
-  report.innovation = measurement_residual(s, y, measurement(s, prediction, at));
-  if (!all_finite(report.innovation)) {
-    return answer(all_finite(prediction) ? Status::sensor_not_finite : Status::invalid_state);
-  }
+  if (!is_noise_covariance(R)) return answer(all_finite(prediction) ? Status::invalid_noise_covariance : Status::invalid_state);
+  // Locals, stored into the report when done: a value just stored in pieces is slow to load back as a whole.
+  const Vector<Scalar, p> innovation = measurement_residual(s, y, measurement(s, prediction, at));
   const Matrix<Scalar, p, n> slot_d = sensor_slot<Rule::D>(rule, s, prediction, prediction, at);
+  Matrix<Scalar, p, p> S_matrix;
+  Matrix<Scalar, n, p> gain;
   bool regular = false;
   if constexpr (Rule::D == Rule::E) {
-    regular = correct_riccati<Rule::symmetric>(N, slot_d, slot_d, R, report.innovation_matrix, report.gain, P);
+    regular = correct_riccati<Rule::symmetric>(N, slot_d, slot_d, R, S_matrix, gain, P);
   } else {
     const Matrix<Scalar, p, n> slot_e = sensor_slot<Rule::E>(rule, s, prediction, prediction, at);
-    regular = correct_riccati<Rule::symmetric>(N, slot_d, slot_e, R, report.innovation_matrix, report.gain, P);
+    regular = correct_riccati<Rule::symmetric>(N, slot_d, slot_e, R, S_matrix, gain, P);
   }
-  if (regular && all_finite(report.innovation_matrix) && !judge(gate, report)) return answer(Status::innovation_indefinite);
-  if (report.gate == Verdict::rejected) {
-    x = prediction;
-    P = N;
-    return all_finite(N) ? void() : answer(Status::invalid_covariance);
+  kernel::assign(report.innovation, innovation);
+  kernel::assign(report.innovation_matrix, S_matrix);
+  kernel::assign(report.gain, gain);
+  if (!gate.off()) {
+    if (!gate.valid()) return answer(Status::invalid_option);
+    const bool known = regular && all_finite(report.innovation_matrix) && all_finite(report.innovation) && all_finite(N);
+    if (!known) return answer(blame(prediction, N, y, slot_d, report, regular));
+    if (!judge(gate, report)) return answer(Status::innovation_indefinite);
+    if (report.gate == Verdict::rejected) {
+      kernel::assign(x, prediction);
+      kernel::assign(P, N);
+      return;
+    }
   }
-  kernel::add_product<1>(prediction, report.gain, report.innovation, x);
-  if (regular && is_sound<Rule::symmetric>(P) && all_finite(x)) return;
-  if (!all_finite(N)) return answer(Status::invalid_covariance);
-  if (!all_finite(slot_d) || !all_finite(report.innovation_matrix)) return answer(Status::sensor_not_finite);
-  answer(regular ? Status::covariance_lost : Status::singular_innovation);
+  kernel::add_product<1>(prediction, gain, innovation, x);
+  if (!(regular && is_sound<Rule::symmetric>(P) && all_finite(x))) answer(blame(prediction, N, y, slot_d, report, regular));
 }
 
 }  // namespace detail
@@ -248,7 +264,9 @@ template <OnePassRule Rule, typename D, typename Scalar, int n>
   static_assert(states_of<D> == n, "jml: the estimate has not as many states as the dynamics");
   PredictResult<Scalar, n> out;
   out.status = detail::predict_into(rule, d, process_noise, prior, at, out.estimate.x, out.estimate.P);
-  if (out.status == Status::ok && !all_finite(out.estimate.P)) out.status = detail::blame(prior);
+  if (out.status == Status::ok && !(all_finite(out.estimate.x) && all_finite(out.estimate.P) && all_finite(prior.x))) {
+    out.status = detail::blame(prior);
+  }
   if (out.status != Status::ok) out.estimate = prior;
   return out;
 }
@@ -268,6 +286,7 @@ template <OnePassRule Rule, typename S, typename Scalar, int n, int controls = 0
   static_assert(detail::require_sensor<S>() && detail::require_linear_if_kalman<Rule, SensorTraits<S>::linear>());
   StepResult<Scalar, n, measurements_of<S>> out;
   detail::update_into(rule, s, prior.x, prior.P, y, at, gate, out.report, out.estimate.x, out.estimate.P);
+  if (usable(out.report.status) && !all_finite(prior.x)) out.report.status = Status::invalid_state;
   if (!usable(out.report.status)) out.estimate = prior;
   return out;
 }
@@ -286,7 +305,7 @@ template <OnePassRule Rule, typename D, typename S, typename Scalar, int n, int 
   report.status = detail::predict_into(rule, d, process_noise, prior, at, prediction, N);
   if (report.status != Status::ok) return;
   detail::update_into(rule, s, prediction, N, y, detail::at_sample(at), gate, report, x, P);
-  if (report.status == Status::invalid_covariance) report.status = detail::blame(prior);
+  if (report.status == Status::invalid_covariance || report.status == Status::invalid_state) report.status = detail::blame(prior);
 }
 
 /// One whole step, eq. (14), (16) or (17): predict over at.dt, then correct with y of its end.
@@ -298,6 +317,7 @@ template <OnePassRule Rule, typename D, typename S, typename Scalar, int n>
                                                              const Gate& gate = {}) {
   StepResult<Scalar, n, measurements_of<S>> out;
   step_into(rule, d, detail::ProcessNoise<Scalar, D>(d), s, prior, y, at, gate, out.report, out.estimate.x, out.estimate.P);
+  if (usable(out.report.status) && !all_finite(prior.x)) out.report.status = Status::invalid_state;  // f may not have looked at it
   if (!usable(out.report.status)) out.estimate = prior;
   return out;
 }
