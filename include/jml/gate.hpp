@@ -17,7 +17,8 @@ template <typename Scalar>
   // Q(a+1, h) = Q(a, h) + h^a e^-h / Γ(a+1), from Q(1/2, h) = erfc √h or Q(1, h) = e^-h.
   Scalar a = degrees % 2 == 1 ? Scalar(0.5) : Scalar(1);
   Scalar tail = degrees % 2 == 1 ? std::erfc(std::sqrt(half)) : std::exp(-half);
-  Scalar term = degrees % 2 == 1 ? Scalar(1.1283791670955126) * std::sqrt(half) * std::exp(-half) : half * std::exp(-half);
+  Scalar term = degrees % 2 == 1 ? Scalar(1.1283791670955126) * std::sqrt(half) * std::exp(-half)
+                                 : half * std::exp(-half);
   for (; a + Scalar(0.25) < Scalar(degrees) / Scalar(2); a += Scalar(1)) {
     tail += term;
     term *= half / (a + Scalar(1));
@@ -33,7 +34,8 @@ template <typename Scalar>
     return std::numeric_limits<Scalar>::quiet_NaN();
   }
   Scalar low = 0, high = Scalar(degrees) + Scalar(1);
-  for (int i = 0; i < 60 && chi_square_upper_tail(high, degrees) > Scalar(1) - probability; ++i) high *= Scalar(2);
+  for (int i = 0; i < 60 && chi_square_upper_tail(high, degrees) > Scalar(1) - probability; ++i)
+    high *= Scalar(2);
   for (int i = 0; i < 80; ++i) {
     const Scalar middle = (low + high) / Scalar(2);
     (chi_square_upper_tail(middle, degrees) > Scalar(1) - probability ? low : high) = middle;

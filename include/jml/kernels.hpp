@@ -22,8 +22,8 @@ inline constexpr int packet_bytes = 16;
 inline constexpr int packet_bytes = 0;  // no vector registers, or a compiler without vector extensions
 #endif
 
-/// Lanes of the widest packet that fits into what is left of a column; 1 means plain scalars. Columns of up to three
-/// stay scalars: the compiler then keeps whole matrices in registers.
+/// Lanes of the widest packet that fits into what is left of a column; 1 means plain scalars. Columns of up
+/// to three stay scalars: the compiler then keeps whole matrices in registers.
 template <typename Scalar, int rows>
 constexpr int lanes(int left) {
   int width = rows < 4 ? 1 : packet_bytes / static_cast<int>(sizeof(Scalar));
@@ -48,14 +48,17 @@ struct Packet<Scalar, 1> {
 ///
 /// Packets never overlap, 15 = 4+4+4+2+1: a load that spans two earlier stores would wait for both.
 template <int rows, int inner, int first, int sign, bool from_zero, typename Scalar, typename Coefficient>
-[[gnu::always_inline]] inline void column(Scalar* out, const Scalar* start, const Scalar* a, const Coefficient& coefficient) {
+[[gnu::always_inline]] inline void column(Scalar* out, const Scalar* start, const Scalar* a,
+                                          const Coefficient& coefficient) {
   constexpr int width = lanes<Scalar, rows>(rows - first);
   constexpr int packets = (rows - first) / width < 8 ? (rows - first) / width : 8;
   using P = typename Packet<Scalar, width>::type;
   [&]<int... c>(std::integer_sequence<int, c...>) __attribute__((always_inline)) {
     P sum[packets];
-    if constexpr (from_zero) ((sum[c] = P{}), ...);
-    else (std::memcpy(&sum[c], start + first + c * width, sizeof(P)), ...);
+    if constexpr (from_zero)
+      ((sum[c] = P{}), ...);
+    else
+      (std::memcpy(&sum[c], start + first + c * width, sizeof(P)), ...);
     repeat<inner>([&](int k) __attribute__((always_inline)) {
       const Scalar factor = sign > 0 ? coefficient(k) : -coefficient(k);
       P term[packets];
@@ -81,55 +84,67 @@ inline Matrix<Scalar, cols, rows> transposed(const Matrix<Scalar, rows, cols>& a
 
 /// out = a b.
 template <typename Scalar, int rows, int inner, int cols>
-[[gnu::always_inline]] inline void product(const Matrix<Scalar, rows, inner>& a, const Matrix<Scalar, inner, cols>& b,
-                    Matrix<Scalar, rows, cols>& out) {
+[[gnu::always_inline]] inline void product(const Matrix<Scalar, rows, inner>& a,
+                                           const Matrix<Scalar, inner, cols>& b,
+                                           Matrix<Scalar, rows, cols>& out) {
   repeat<cols>([&](int j) __attribute__((always_inline)) {
-    column<rows, inner, 0, 1, true>(out.data() + j * rows, out.data(), a.data(), [&](int k) { return b(k, j); });
+    column<rows, inner, 0, 1, true>(out.data() + j * rows, out.data(), a.data(),
+                                    [&](int k) { return b(k, j); });
   });
 }
 
 /// out = a bᵀ.
 template <typename Scalar, int rows, int inner, int cols>
-[[gnu::always_inline]] inline void product_transposed(const Matrix<Scalar, rows, inner>& a, const Matrix<Scalar, cols, inner>& b,
-                               Matrix<Scalar, rows, cols>& out) {
+[[gnu::always_inline]] inline void product_transposed(const Matrix<Scalar, rows, inner>& a,
+                                                      const Matrix<Scalar, cols, inner>& b,
+                                                      Matrix<Scalar, rows, cols>& out) {
   repeat<cols>([&](int j) __attribute__((always_inline)) {
-    column<rows, inner, 0, 1, true>(out.data() + j * rows, out.data(), a.data(), [&](int k) { return b(j, k); });
+    column<rows, inner, 0, 1, true>(out.data() + j * rows, out.data(), a.data(),
+                                    [&](int k) { return b(j, k); });
   });
 }
 
 /// out = start + sign · a b. `out` may be `start`.
 template <int sign, typename Scalar, int rows, int inner, int cols>
-[[gnu::always_inline]] inline void add_product(const Matrix<Scalar, rows, cols>& start, const Matrix<Scalar, rows, inner>& a,
-                        const Matrix<Scalar, inner, cols>& b, Matrix<Scalar, rows, cols>& out) {
+[[gnu::always_inline]] inline void add_product(const Matrix<Scalar, rows, cols>& start,
+                                               const Matrix<Scalar, rows, inner>& a,
+                                               const Matrix<Scalar, inner, cols>& b,
+                                               Matrix<Scalar, rows, cols>& out) {
   repeat<cols>([&](int j) __attribute__((always_inline)) {
-    column<rows, inner, 0, sign, false>(out.data() + j * rows, start.data() + j * rows, a.data(), [&](int k) { return b(k, j); });
+    column<rows, inner, 0, sign, false>(out.data() + j * rows, start.data() + j * rows, a.data(),
+                                        [&](int k) { return b(k, j); });
   });
 }
 
 /// out = start + sign · a bᵀ. `out` may be `start`.
 template <int sign, typename Scalar, int rows, int inner, int cols>
-[[gnu::always_inline]] inline void add_product_transposed(const Matrix<Scalar, rows, cols>& start, const Matrix<Scalar, rows, inner>& a,
-                                   const Matrix<Scalar, cols, inner>& b, Matrix<Scalar, rows, cols>& out) {
+[[gnu::always_inline]] inline void add_product_transposed(const Matrix<Scalar, rows, cols>& start,
+                                                          const Matrix<Scalar, rows, inner>& a,
+                                                          const Matrix<Scalar, cols, inner>& b,
+                                                          Matrix<Scalar, rows, cols>& out) {
   repeat<cols>([&](int j) __attribute__((always_inline)) {
-    column<rows, inner, 0, sign, false>(out.data() + j * rows, start.data() + j * rows, a.data(), [&](int k) { return b(j, k); });
+    column<rows, inner, 0, sign, false>(out.data() + j * rows, start.data() + j * rows, a.data(),
+                                        [&](int k) { return b(j, k); });
   });
 }
 
 /// out = start + sign · a bᵀ where the result is known to be symmetric: the lower blocks, mirrored.
 template <int sign, typename Scalar, int n, int inner>
-[[gnu::always_inline]] inline void add_symmetric_product(const Matrix<Scalar, n, n>& start, const Matrix<Scalar, n, inner>& a,
-                                  const Matrix<Scalar, n, inner>& b, Matrix<Scalar, n, n>& out) {
+[[gnu::always_inline]] inline void add_symmetric_product(const Matrix<Scalar, n, n>& start,
+                                                         const Matrix<Scalar, n, inner>& a,
+                                                         const Matrix<Scalar, n, inner>& b,
+                                                         Matrix<Scalar, n, n>& out) {
   constexpr int block = lanes<Scalar, n>(n);
   constexpr int blocks = (n + block - 1) / block;
-  [&]<int... c>(std::integer_sequence<int, c...>) {
-    (
-        [&] {
-          constexpr int first = c * block;
-          for (int j = first; j < first + block && j < n; ++j) {
-            column<n, inner, first, sign, false>(out.data() + j * n, start.data() + j * n, a.data(), [&](int k) { return b(j, k); });
-          }
-        }(),
-        ...);
+  [&]<int... c>(std::integer_sequence<int, c...>) __attribute__((always_inline)) {
+    const auto one_block = [&]<int first>(std::integral_constant<int, first>) __attribute__((always_inline)) {
+      repeat<(first + block < n ? block : n - first)>([&](int step) __attribute__((always_inline)) {
+        const int j = first + step;
+        column<n, inner, first, sign, false>(out.data() + j * n, start.data() + j * n, a.data(),
+                                             [&](int k) { return b(j, k); });
+      });
+    };
+    (one_block(std::integral_constant<int, c * block>{}), ...);
   }(std::make_integer_sequence<int, blocks>{});
   repeat<n>([&](int j) __attribute__((always_inline)) {
     for (int i = 0; i < j; ++i) out(i, j) = out(j, i);
@@ -218,9 +233,10 @@ struct GeneralFactor {
   Vector<Scalar, p> inverse_diagonal;
   int order[p];
 
-  /// `scale(i)`: the size of a unit of component i (√R_ii; with p = 1 R itself), which makes the pivot test free of units.
-  /// False where S is singular to rounding relative to that scale, or not finite.
-  [[nodiscard, gnu::always_inline]] bool factor(const Matrix<Scalar, p, p>& s, const Vector<Scalar, p>& scale) {
+  /// `scale(i)`: the size of a unit of component i (√R_ii; with p = 1 R itself), which makes the pivot test
+  /// free of units. False where S is singular to rounding relative to that scale, or not finite.
+  [[nodiscard, gnu::always_inline]] bool factor(const Matrix<Scalar, p, p>& s,
+                                                const Vector<Scalar, p>& scale) {
     constexpr Scalar slack = Scalar(4 * p) * std::numeric_limits<Scalar>::epsilon();
     if constexpr (p == 1) {
       order[0] = 0;
@@ -293,8 +309,9 @@ struct SemidefiniteFactor {
   int pivot[n];
   int rank = 0;
 
-  /// Cholesky with diagonal pivoting. What is left when no pivot rises above the rounding of its own diagonal entry is
-  /// cut to zero, negative parts included; the test is relative to each entry, so units do not matter.
+  /// Cholesky with diagonal pivoting. What is left when no pivot rises above the rounding of its own diagonal
+  /// entry is cut to zero, negative parts included; the test is relative to each entry, so units do not
+  /// matter.
   explicit SemidefiniteFactor(const Matrix<Scalar, n, n>& a) {
     constexpr Scalar slack = Scalar(4 * n) * std::numeric_limits<Scalar>::epsilon();
     Vector<Scalar, n> left = a.diagonal();
@@ -320,8 +337,10 @@ struct SemidefiniteFactor {
     }
   }
 
-  /// out = bᵀ a⁺ b for a b in the range of a; false where some entry of b is farther from it than `slack` allows.
-  [[nodiscard]] bool squared_norm(const Vector<Scalar, n>& b, const Vector<Scalar, n>& slack, Scalar& out) const {
+  /// out = bᵀ a⁺ b for a b in the range of a; false where some entry of b is farther from it than `slack`
+  /// allows.
+  [[nodiscard]] bool squared_norm(const Vector<Scalar, n>& b, const Vector<Scalar, n>& slack,
+                                  Scalar& out) const {
     Vector<Scalar, n> left = b;
     out = 0;
     for (int k = 0; k < rank; ++k) {

@@ -19,13 +19,13 @@ using Vector = Eigen::Matrix<Scalar, rows, 1>;
 
 namespace kernel {
 
-/// f(0), f(1), …, f(count - 1): written out up to `limit`, so that the optimiser sees single numbers in registers where it
-/// would else see an array in a loop; a loop for more.
+/// f(0), f(1), …, f(count - 1): written out up to `limit`, so that the optimiser sees single numbers in
+/// registers where it would else see an array in a loop; a loop for more.
 template <int count, int limit = 3, typename F>
 [[gnu::always_inline]] inline void repeat(const F& f) {
   if constexpr (count <= limit) {
-    [&]<int... i>(std::integer_sequence<int, i...>) __attribute__((always_inline)) { (f(i), ...); }
-    (std::make_integer_sequence<int, count>{});
+    [&]<int... i>(std::integer_sequence<int, i...>)
+        __attribute__((always_inline)) { (f(i), ...); }(std::make_integer_sequence<int, count>{});
   } else {
     for (int i = 0; i < count; ++i) f(i);
   }
@@ -33,7 +33,8 @@ template <int count, int limit = 3, typename F>
 
 /// to = from, number by number where they are few: a packet would pin them to the stack.
 template <typename Scalar, int rows, int cols>
-[[gnu::always_inline]] inline void assign(Matrix<Scalar, rows, cols>& to, const Matrix<Scalar, rows, cols>& from) {
+[[gnu::always_inline]] inline void assign(Matrix<Scalar, rows, cols>& to,
+                                          const Matrix<Scalar, rows, cols>& from) {
   if constexpr (rows * cols <= 9) {
     repeat<rows * cols, 9>([&](int i) __attribute__((always_inline)) { to.data()[i] = from.data()[i]; });
   } else {
@@ -43,9 +44,11 @@ template <typename Scalar, int rows, int cols>
 
 /// to = factor · from, likewise.
 template <typename Scalar, int rows, int cols>
-[[gnu::always_inline]] inline void scale(Matrix<Scalar, rows, cols>& to, Scalar factor, const Matrix<Scalar, rows, cols>& from) {
+[[gnu::always_inline]] inline void scale(Matrix<Scalar, rows, cols>& to, Scalar factor,
+                                         const Matrix<Scalar, rows, cols>& from) {
   if constexpr (rows * cols <= 9) {
-    repeat<rows * cols, 9>([&](int i) __attribute__((always_inline)) { to.data()[i] = factor * from.data()[i]; });
+    repeat<rows * cols, 9>([&](int i)
+                               __attribute__((always_inline)) { to.data()[i] = factor * from.data()[i]; });
   } else {
     to = factor * from;
   }
@@ -55,7 +58,8 @@ template <typename Scalar, int rows, int cols>
 
 /// True if every entry is finite. 0·v is zero exactly where v is finite: four sums and no branch.
 template <typename Scalar, int rows, int cols, int options>
-[[nodiscard, gnu::always_inline]] inline bool all_finite(const Eigen::Matrix<Scalar, rows, cols, options>& a) {
+[[nodiscard, gnu::always_inline]] inline bool all_finite(
+    const Eigen::Matrix<Scalar, rows, cols, options>& a) {
   constexpr int size = rows * cols, fours = size / 4;
   const Scalar* v = a.data();
   Scalar sum[4] = {};
@@ -65,7 +69,8 @@ template <typename Scalar, int rows, int cols, int options>
     sum[2] += Scalar(0) * v[4 * i + 2];
     sum[3] += Scalar(0) * v[4 * i + 3];
   });
-  kernel::repeat<size - 4 * fours>([&](int i) __attribute__((always_inline)) { sum[i] += Scalar(0) * v[4 * fours + i]; });
+  kernel::repeat<size - 4 * fours>(
+      [&](int i) __attribute__((always_inline)) { sum[i] += Scalar(0) * v[4 * fours + i]; });
   return (sum[0] + sum[1]) + (sum[2] + sum[3]) == Scalar(0);
 }
 

@@ -9,24 +9,26 @@ namespace jml {
 
 /// Outcome of a step, a prediction, a solver or a check.
 enum class Status : std::uint8_t {
-  ok,                              ///< done; the estimate was replaced
-  accepted_at_rounding,            ///< iterated step: the root is exact to rounding, though its residual is above the tolerance
-  accepted_at_limit,               ///< iterated step: the sweeps asked for were made and their result taken as it is
-  invalid_option,                  ///< a tolerance, probability or bound outside its range
-  invalid_time_step,               ///< dt is negative or not finite, or time is not finite
-  invalid_control,                 ///< the control input is not finite
-  invalid_state,                   ///< the prior state is not finite
-  invalid_covariance,              ///< the prior P is not finite, not symmetric where it must be, or indefinite
-  invalid_measurement,             ///< y is not finite
+  ok,                    ///< done; the estimate was replaced
+  accepted_at_rounding,  ///< iterated step: the root is exact to rounding, though its residual is above the
+                         ///< tolerance
+  accepted_at_limit,     ///< iterated step: the sweeps asked for were made and their result taken as it is
+  invalid_option,        ///< a tolerance, probability or bound outside its range
+  invalid_time_step,     ///< dt is negative or not finite, or time is not finite
+  invalid_control,       ///< the control input is not finite
+  invalid_state,         ///< the prior state is not finite
+  invalid_covariance,    ///< the prior P is not finite, not symmetric where it must be, or indefinite
+  invalid_measurement,   ///< y is not finite
   invalid_disturbance_covariance,  ///< Q is not finite, not symmetric or indefinite; or G is not finite
   invalid_noise_covariance,        ///< R is not finite, not symmetric or not positive definite
   dynamics_not_finite,             ///< f, its Jacobian or its SDC matrix gave a NaN or an infinity
   sensor_not_finite,               ///< m, its Jacobian or its SDC matrix gave a NaN or an infinity
-  singular_innovation,             ///< the innovation matrix S is singular to rounding, or not positive definite in a symmetric rule
-  innovation_indefinite,           ///< a gate was asked for, but sym(S) is not positive definite: NIS is not defined
-  covariance_lost,                 ///< the new P is not finite, or has a negative variance in a symmetric rule
-  not_converged,                   ///< no root of the implicit step was found within the bounds
-  not_a_trajectory,                ///< the criterion J is not defined for this sequence of states
+  singular_innovation,    ///< the innovation matrix S is singular to rounding, or not positive definite in a
+                          ///< symmetric rule
+  innovation_indefinite,  ///< a gate was asked for, but sym(S) is not positive definite: NIS is not defined
+  covariance_lost,        ///< the new P is not finite, or has a negative variance in a symmetric rule
+  not_converged,          ///< no root of the implicit step was found within the bounds
+  not_a_trajectory,       ///< the criterion J is not defined for this sequence of states
 };
 
 /// Who found the root of an implicit step.
@@ -41,42 +43,67 @@ enum class Solver : std::uint8_t {
 
 /// True where the result may be used (it replaced the estimate).
 [[nodiscard]] constexpr bool usable(Status status) {
-  return status == Status::ok || status == Status::accepted_at_rounding || status == Status::accepted_at_limit;
+  return status == Status::ok || status == Status::accepted_at_rounding ||
+         status == Status::accepted_at_limit;
 }
 
 /// One line for a log.
 [[nodiscard]] constexpr const char* describe(Status status) {
   switch (status) {
-    case Status::ok: return "ok";
-    case Status::accepted_at_rounding: return "accepted: root exact to rounding, residual above the tolerance";
-    case Status::accepted_at_limit: return "accepted: the bounded number of sweeps was made";
-    case Status::invalid_option: return "refused: an option is outside its range";
-    case Status::invalid_time_step: return "refused: dt is negative or time is not finite";
-    case Status::invalid_control: return "refused: the control input is not finite";
-    case Status::invalid_state: return "refused: the prior state is not finite";
-    case Status::invalid_covariance: return "refused: the prior P is not finite, not symmetric or indefinite";
-    case Status::invalid_measurement: return "refused: the measurement is not finite";
-    case Status::invalid_disturbance_covariance: return "refused: Q is not finite, not symmetric or indefinite";
-    case Status::invalid_noise_covariance: return "refused: R is not finite, not symmetric or not positive definite";
-    case Status::dynamics_not_finite: return "refused: the dynamics gave a number that is not finite";
-    case Status::sensor_not_finite: return "refused: the sensor model gave a number that is not finite";
-    case Status::singular_innovation: return "refused: the innovation matrix is singular or indefinite";
-    case Status::innovation_indefinite: return "refused: no gate is defined, the symmetric part of S is not positive definite";
-    case Status::covariance_lost: return "refused: the new P would not be a covariance";
-    case Status::not_converged: return "refused: the implicit step did not converge";
-    case Status::not_a_trajectory: return "refused: the states are no trajectory of the model";
+    case Status::ok:
+      return "ok";
+    case Status::accepted_at_rounding:
+      return "accepted: root exact to rounding, residual above the tolerance";
+    case Status::accepted_at_limit:
+      return "accepted: the bounded number of sweeps was made";
+    case Status::invalid_option:
+      return "refused: an option is outside its range";
+    case Status::invalid_time_step:
+      return "refused: dt is negative or time is not finite";
+    case Status::invalid_control:
+      return "refused: the control input is not finite";
+    case Status::invalid_state:
+      return "refused: the prior state is not finite";
+    case Status::invalid_covariance:
+      return "refused: the prior P is not finite, not symmetric or indefinite";
+    case Status::invalid_measurement:
+      return "refused: the measurement is not finite";
+    case Status::invalid_disturbance_covariance:
+      return "refused: Q is not finite, not symmetric or indefinite";
+    case Status::invalid_noise_covariance:
+      return "refused: R is not finite, not symmetric or not positive definite";
+    case Status::dynamics_not_finite:
+      return "refused: the dynamics gave a number that is not finite";
+    case Status::sensor_not_finite:
+      return "refused: the sensor model gave a number that is not finite";
+    case Status::singular_innovation:
+      return "refused: the innovation matrix is singular or indefinite";
+    case Status::innovation_indefinite:
+      return "refused: no gate is defined, the symmetric part of S is not positive definite";
+    case Status::covariance_lost:
+      return "refused: the new P would not be a covariance";
+    case Status::not_converged:
+      return "refused: the implicit step did not converge";
+    case Status::not_a_trajectory:
+      return "refused: the states are no trajectory of the model";
   }
   return "unknown status";
 }
 
 [[nodiscard]] constexpr const char* describe(Solver solver) {
   switch (solver) {
-    case Solver::none: return "none";
-    case Solver::picard: return "Picard";
-    case Solver::anderson: return "Anderson";
-    case Solver::newton: return "Newton";
-    case Solver::levenberg_marquardt: return "Levenberg-Marquardt";
-    case Solver::ceres: return "Ceres";
+    case Solver::none:
+      return "none";
+    case Solver::picard:
+      return "Picard";
+    case Solver::anderson:
+      return "Anderson";
+    case Solver::newton:
+      return "Newton";
+    case Solver::levenberg_marquardt:
+      return "Levenberg-Marquardt";
+    case Solver::ceres:
+      return "Ceres";
   }
   return "unknown solver";
 }

@@ -2,9 +2,9 @@
 /// @file
 /// The joint maximum likelihood criterion (Rusnak 2015, eq. (5)), and its one-step form (11).
 ///
-/// J = ½ (x_0-x̂_0)ᵀP_0⁻¹(x_0-x̂_0) + ½ Σ wᵀQ⁻¹w + ½ Σ (y-m(x))ᵀR⁻¹(y-m(x)) is a function of (x_0, w), or of a sequence
-/// of states that the model can follow: x_0 - x̂_0 in the range of P_0, x_{i+1} - f(x_i) in the range of G Q Gᵀ. The
-/// output of a filter is no such sequence; for a filter, sum its one-step costs.
+/// J = ½ (x_0-x̂_0)ᵀP_0⁻¹(x_0-x̂_0) + ½ Σ wᵀQ⁻¹w + ½ Σ (y-m(x))ᵀR⁻¹(y-m(x)) is a function of (x_0, w), or of a
+/// sequence of states that the model can follow: x_0 - x̂_0 in the range of P_0, x_{i+1} - f(x_i) in the range
+/// of G Q Gᵀ. The output of a filter is no such sequence; for a filter, sum its one-step costs.
 #pragma once
 
 #include <jml/filter/iterated.hpp>
@@ -32,7 +32,8 @@ class Criterion {
   }
 
   /// x⁺ = f(x) + G (w̄ + w) over dt. not_a_trajectory where w is not in the range of Q.
-  Status disturb(const Vector<Scalar, q>& w, Scalar dt = 0, const Vector<Scalar, Traits::controls>& control = Vector<Scalar, Traits::controls>::Zero()) {
+  Status disturb(const Vector<Scalar, q>& w, Scalar dt = 0,
+                 const Vector<Scalar, Traits::controls>& control = Vector<Scalar, Traits::controls>::Zero()) {
     const At at{time_, dt, control};
     const kernel::SemidefiniteFactor<Scalar, q> factor(disturbance_covariance(dynamics_, x_, at));
     const bool possible = factor.squared_norm(w, rounding * w.cwiseAbs(), term_);
@@ -42,7 +43,9 @@ class Criterion {
   }
 
   /// The same for a given next state. not_a_trajectory where no disturbance of the model leads there.
-  Status advance_to(const Vector<Scalar, n>& next, Scalar dt = 0, const Vector<Scalar, Traits::controls>& control = Vector<Scalar, Traits::controls>::Zero()) {
+  Status advance_to(
+      const Vector<Scalar, n>& next, Scalar dt = 0,
+      const Vector<Scalar, Traits::controls>& control = Vector<Scalar, Traits::controls>::Zero()) {
     const At at{time_, dt, control};
     const Vector<Scalar, n> f = predicted_state(dynamics_, x_, at);
     bool possible = false;
@@ -70,7 +73,9 @@ class Criterion {
 
   [[nodiscard]] Status status() const { return status_; }
   /// J so far; NaN after a refusal.
-  [[nodiscard]] Scalar value() const { return status_ == Status::ok ? sum_ : std::numeric_limits<Scalar>::quiet_NaN(); }
+  [[nodiscard]] Scalar value() const {
+    return status_ == Status::ok ? sum_ : std::numeric_limits<Scalar>::quiet_NaN();
+  }
   [[nodiscard]] const Vector<Scalar, n>& x() const { return x_; }
 
  private:
@@ -102,13 +107,14 @@ struct OneStepCost {
   Scalar value = std::numeric_limits<Scalar>::quiet_NaN();
 };
 
-/// The criterion (11) of one step, from its prior, at the pair (x_{i/i+1}, w_i) that the rule implies; `report` is what
-/// that step answered. An iterated rule has solved for the pair. A one-pass rule implies the pair of its own linear
-/// problem, x̂ + P Bᵀ λ and w = Q Gᵀ λ with λ = Dᵀ S⁻¹ (y - m(x̄)); on a linear model that is ½ NIS, the minimum. No cost:
-/// the step's own refusal, invalid_measurement for a rejected one, invalid_covariance where sym(P) is indefinite.
+/// The criterion (11) of one step, from its prior, at the pair (x_{i/i+1}, w_i) that the rule implies;
+/// `report` is what that step answered. An iterated rule has solved for the pair. A one-pass rule implies the
+/// pair of its own linear problem, x̂ + P Bᵀ λ and w = Q Gᵀ λ with λ = Dᵀ S⁻¹ (y - m(x̄)); on a linear model
+/// that is ½ NIS, the minimum. No cost: the step's own refusal, invalid_measurement for a rejected one,
+/// invalid_covariance where sym(P) is indefinite.
 template <typename Rule, typename D, typename S, typename Scalar, int n, int p>
-[[nodiscard]] OneStepCost<Scalar> one_step_cost(const Rule& rule, const D& d, const S& s, const Estimate<Scalar, n>& prior,
-                                                const Vector<Scalar, p>& y,
+[[nodiscard]] OneStepCost<Scalar> one_step_cost(const Rule& rule, const D& d, const S& s,
+                                                const Estimate<Scalar, n>& prior, const Vector<Scalar, p>& y,
                                                 const Instant<Scalar, DynamicsTraits<D>::controls>& at,
                                                 const StepReport<Scalar, n, p>& report) {
   if (!usable(report.status)) return {report.status};
@@ -127,17 +133,21 @@ template <typename Rule, typename D, typename S, typename Scalar, int n, int p>
     if (!S_factor.factor(report.innovation_matrix, detail::noise_units(R)) || !R_factor.factor(R)) {
       return {Status::singular_innovation};
     }
-    const Vector<Scalar, n> lambda = sensor_slot<Rule::D>(rule, s, prediction, prediction, at_y).transpose() * S_factor.solve(report.innovation);
+    const Vector<Scalar, n> lambda = sensor_slot<Rule::D>(rule, s, prediction, prediction, at_y).transpose() *
+                                     S_factor.solve(report.innovation);
     const Vector<Scalar, n> back = dynamics_slot<Rule::B>(rule, d, point, prior.x, at).transpose() * lambda;
     const Vector<Scalar, n> smoothed = prior.x + prior.P * back;
     OneStepCost<Scalar> cost{Status::ok, back.dot(prior.P * back)};
     Vector<Scalar, n> next = dynamics(d, smoothed, at) + (prediction - dynamics(d, prior.x, at));
-    const bool valid = detail::ProcessNoise<Scalar, D>(d).with(d, prior.x, at, [&](const Matrix<Scalar, n, n>& noise) {
-      next += noise * lambda;
-      cost.value += lambda.dot(noise * lambda);
-    });
+    const bool valid =
+        detail::ProcessNoise<Scalar, D>(d).with(d, prior.x, at, [&](const Matrix<Scalar, n, n>& noise) {
+          next += noise * lambda;
+          cost.value += lambda.dot(noise * lambda);
+        });
     if (!valid) return {Status::invalid_disturbance_covariance};
-    cost.value = (cost.value + R_factor.squared_norm(measurement_residual(s, y, measurement(s, next, at_y)))) / Scalar(2);
+    cost.value =
+        (cost.value + R_factor.squared_norm(measurement_residual(s, y, measurement(s, next, at_y)))) /
+        Scalar(2);
     if (!std::isfinite(cost.value)) return {Status::sensor_not_finite};
     return cost;
   }

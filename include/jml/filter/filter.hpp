@@ -9,7 +9,8 @@
 namespace jml {
 
 namespace detail {
-// Outside the class, whose own names would hide them; a rule's overloads are found by argument-dependent lookup.
+// Outside the class, whose own names would hide them; a rule's overloads are found by argument-dependent
+// lookup.
 constexpr auto call_predict = [](const auto&... a) { return predict(a...); };
 constexpr auto call_update = [](const auto&... a) { return update(a...); };
 }  // namespace detail
@@ -63,10 +64,11 @@ class Filter {
   }
 
   /// Predict over dt and correct with y, the measurement at its end. dt: s, zero or positive; a model that
-  /// reads neither dt nor time may leave it out. control: held over the step. After a refusal the filter still stands
-  /// at its old time: predict(dt) to go on without the measurement.
+  /// reads neither dt nor time may leave it out. control: held over the step. After a refusal the filter
+  /// still stands at its old time: predict(dt) to go on without the measurement.
   template <typename S>
-  [[nodiscard]] Report<S> step(const S& sensor, const Measurement<S>& y, Scalar dt, const Control& control = Control::Zero()) {
+  [[nodiscard]] Report<S> step(const S& sensor, const Measurement<S>& y, Scalar dt,
+                               const Control& control = Control::Zero()) {
     Report<S> report;
     report.status = status_;
     if (status_ != Status::ok) return report;
@@ -81,13 +83,15 @@ class Filter {
   }
   template <typename S>
   [[nodiscard]] Report<S> step(const S& sensor, const Measurement<S>& y) {
-    static_assert(!reads_instant<Scalar, D>(), "jml: this model reads time, dt or control: pass dt, step(sensor, y, dt)");
+    static_assert(!reads_instant<Scalar, D>(),
+                  "jml: this model reads time, dt or control: pass dt, step(sensor, y, dt)");
     return step(sensor, y, Scalar(0));
   }
   /// A single measurement as a plain number.
   template <typename S>
     requires(measurements_of<S> <= 1)  // 0: said nowhere, which step() puts into words
-  [[nodiscard]] Report<S> step(const S& sensor, Scalar y, Scalar dt, const Control& control = Control::Zero()) {
+  [[nodiscard]] Report<S> step(const S& sensor, Scalar y, Scalar dt,
+                               const Control& control = Control::Zero()) {
     return step(sensor, Measurement<S>::Constant(y), dt, control);
   }
   template <typename S>
@@ -99,12 +103,14 @@ class Filter {
   /// A step without a measurement.
   [[nodiscard]] Status predict(Scalar dt, const Control& control = Control::Zero()) {
     if (status_ != Status::ok) return status_;
-    const auto result = jml::detail::call_predict(rule_, dynamics_, process_noise_, estimate_, At{time_, dt, control});
+    const auto result =
+        jml::detail::call_predict(rule_, dynamics_, process_noise_, estimate_, At{time_, dt, control});
     accept(result.status, result.estimate.x, result.estimate.P, dt);
     return result.status;
   }
   [[nodiscard]] Status predict() {
-    static_assert(!reads_instant<Scalar, D>(), "jml: this model reads time, dt or control: pass dt, predict(dt)");
+    static_assert(!reads_instant<Scalar, D>(),
+                  "jml: this model reads time, dt or control: pass dt, predict(dt)");
     return predict(Scalar(0));
   }
 
@@ -114,7 +120,8 @@ class Filter {
     Report<S> report;
     report.status = status_;
     if (status_ != Status::ok) return report;
-    const auto result = jml::detail::call_update(rule_, sensor, estimate_, y, At{time_, Scalar(0), Control::Zero()}, gate);
+    const auto result =
+        jml::detail::call_update(rule_, sensor, estimate_, y, At{time_, Scalar(0), Control::Zero()}, gate);
     accept(result.report.status, result.estimate.x, result.estimate.P, Scalar(0));
     return result.report;
   }

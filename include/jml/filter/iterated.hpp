@@ -3,8 +3,9 @@
 /// The exact step: iterated JML (Rusnak 2015, eqs. (9), (13)) and the measurement-iterated EKF.
 ///
 /// The root z = (x_{i/i+1}, x̂_{i+1}) of the two ground-truth lines (filter/joint_step.hpp) is sought from
-/// (x̂_i, f(x̂_i)) by a bounded iteration; where it fails, the net takes over: the whitened least-squares problem (11),
-/// then damped Newton on the lines with the true, nonsymmetric P. N, P and K are formed once, at the root.
+/// (x̂_i, f(x̂_i)) by a bounded iteration; where it fails, the net takes over: the whitened least-squares
+/// problem (11), then damped Newton on the lines with the true, nonsymmetric P. N, P and K are formed once,
+/// at the root.
 #pragma once
 
 #include <jml/filter/joint_step.hpp>
@@ -25,14 +26,15 @@ enum class Iteration : std::uint8_t {
 /// Bounds of the iteration.
 struct IterationOptions {
   Iteration method = Iteration::anderson;
-  int max_iterations = 40;       ///< of the first attempt; ≥ 1
-  double tolerance = 0;          ///< largest residual of the two lines over the state scale; 0: 1e-12 (float: 1e-5)
+  int max_iterations = 40;  ///< of the first attempt; ≥ 1
+  double tolerance = 0;  ///< largest residual of the two lines over the state scale; 0: 1e-12 (float: 1e-5)
   bool accept_at_limit = false;  ///< take the last sweep as it is: a fixed number of sweeps per step, no net
   bool use_net = true;           ///< call the net where the first attempt failed
   int max_newton = 30;           ///< Newton steps of the net's second half
 };
 
-/// A rule whose step is implicit. Inner: the one-pass rule that supplies the slots; Net: the least-squares solver below.
+/// A rule whose step is implicit. Inner: the one-pass rule that supplies the slots; Net: the least-squares
+/// solver below.
 template <typename Inner_, typename Net_ = LevenbergMarquardt>
 struct Iterated {
   using Inner = Inner_;
@@ -47,8 +49,10 @@ struct Iterated {
 template <typename Reference = AboutOrigin, typename Net = LevenbergMarquardt>
 struct IteratedJml : Iterated<Jml<Reference>, Net> {
   IteratedJml() = default;
-  explicit IteratedJml(const IterationOptions& iteration) : Iterated<Jml<Reference>, Net>{{}, iteration, {}} {}
-  explicit IteratedJml(const Reference& reference, const IterationOptions& iteration = {}, const Net& solver = {})
+  explicit IteratedJml(const IterationOptions& iteration)
+      : Iterated<Jml<Reference>, Net>{{}, iteration, {}} {}
+  explicit IteratedJml(const Reference& reference, const IterationOptions& iteration = {},
+                       const Net& solver = {})
       : Iterated<Jml<Reference>, Net>{Jml<Reference>(reference), iteration, solver} {}
 };
 IteratedJml(const IterationOptions&) -> IteratedJml<>;
@@ -61,7 +65,10 @@ struct Iekf : Iterated<Ekf<>> {
 };
 
 template <typename Rule>
-concept IteratedRule = requires { typename Rule::Inner; typename Rule::Net; };
+concept IteratedRule = requires {
+  typename Rule::Inner;
+  typename Rule::Net;
+};
 
 namespace detail {
 
@@ -77,16 +84,16 @@ inline bool valid(const IterationOptions& o) {
 /// A root, or the last sweep taken for one, and the models there.
 template <typename Step>
 struct Root {
-  typename Step::Z z;       // the answer
-  typename Step::Z at;      // where the slots are evaluated: z, or the start of the last sweep
+  typename Step::Z z;   // the answer
+  typename Step::Z at;  // where the slots are evaluated: z, or the start of the last sweep
   typename Step::Visit visit;
   Status status = Status::not_converged;
 };
 
 /// Iterates from z until the residual is below the tolerance.
 template <typename Rule, typename Step, typename Report, typename Scalar>
-void iterate(const Rule& rule, const Step& step, const typename Step::X& prediction, Scalar tolerance, Report& report,
-             Root<Step>& root) {
+void iterate(const Rule& rule, const Step& step, const typename Step::X& prediction, Scalar tolerance,
+             Report& report, Root<Step>& root) {
   using Z = typename Step::Z;
   constexpr int n = static_cast<int>(Step::X::RowsAtCompileTime);
   const IterationOptions& options = rule.options;
@@ -108,7 +115,8 @@ void iterate(const Rule& rule, const Step& step, const typename Step::X& predict
     }
     root.at = z;
     report.residual = step.scaled(root.visit.residual, z);
-    if (report.residual <= tolerance && !options.accept_at_limit && step.verdict(z, root.visit, report.residual, tolerance) == Status::ok) {
+    if (report.residual <= tolerance && !options.accept_at_limit &&
+        step.verdict(z, root.visit, report.residual, tolerance) == Status::ok) {
       root.status = Status::ok;
       return;
     }
@@ -117,8 +125,10 @@ void iterate(const Rule& rule, const Step& step, const typename Step::X& predict
     bool regular;
     if (picard) {
       const typename Step::X x_s = z.template head<n>(), x_1 = z.template tail<n>();
-      regular = step.template sweep<true>(z, root.visit, dynamics_slot<Rule::Inner::A>(rule.inner, step.dynamics_model, x_s, step.prior.x, step.at),
-                                          sensor_slot<Rule::Inner::E>(rule.inner, step.sensor, x_1, prediction, step.at_y), next, S);
+      regular = step.template sweep<true>(
+          z, root.visit,
+          dynamics_slot<Rule::Inner::A>(rule.inner, step.dynamics_model, x_s, step.prior.x, step.at),
+          sensor_slot<Rule::Inner::E>(rule.inner, step.sensor, x_1, prediction, step.at_y), next, S);
     } else {
       regular = step.template sweep<false>(z, root.visit, root.visit.f_x, root.visit.m_x, next, S);
     }
@@ -145,7 +155,8 @@ void iterate(const Rule& rule, const Step& step, const typename Step::X& predict
 
 /// Newton on the two lines from z; judges what it reached.
 template <typename Step, typename Report, typename Scalar>
-[[gnu::noinline]] void polish(const Step& step, Scalar tolerance, int max_newton, Report& report, Root<Step>& root) {
+[[gnu::noinline]] void polish(const Step& step, Scalar tolerance, int max_newton, Report& report,
+                              Root<Step>& root) {
   root.status = Status::not_converged;
   const SolverReport newton = damped_newton(step, root.z, tolerance, max_newton);
   report.iterations += newton.iterations;
@@ -157,8 +168,8 @@ template <typename Step, typename Report, typename Scalar>
 
 /// The root of one step: first attempt, then the net. `symmetric_prior`: the cost (11) must not have grown.
 template <typename Rule, typename Step, typename Report>
-void solve_joint_step(const Rule& rule, const Step& step, const typename Step::X& prediction, bool symmetric_prior, Report& report,
-                      Root<Step>& root) {
+void solve_joint_step(const Rule& rule, const Step& step, const typename Step::X& prediction,
+                      bool symmetric_prior, Report& report, Root<Step>& root) {
   using Scalar = typename Step::X::Scalar;
   using Z = typename Step::Z;
   constexpr int n = static_cast<int>(Step::X::RowsAtCompileTime);
@@ -198,11 +209,14 @@ void solve_joint_step(const Rule& rule, const Step& step, const typename Step::X
   if (!judged()) root.status = Status::not_converged;
 }
 
-/// The implicit step of `d` and `s` from `prior` into `report`, `x` and `P`, which are touched on refusal too.
-template <typename Rule, typename D, typename S, typename Scalar, int n, int p, typename At, typename SensorAt>
+/// The implicit step of `d` and `s` from `prior` into `report`, `x` and `P`, which are touched on refusal
+/// too.
+template <typename Rule, typename D, typename S, typename Scalar, int n, int p, typename At,
+          typename SensorAt>
 void joint_step_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>& process_noise, const S& s,
-                     const Estimate<Scalar, n>& prior, const Vector<Scalar, p>& y, const At& at, const SensorAt& at_y,
-                     const Gate& gate, StepReport<Scalar, n, p>& report, Vector<Scalar, n>& x, Matrix<Scalar, n, n>& P) {
+                     const Estimate<Scalar, n>& prior, const Vector<Scalar, p>& y, const At& at,
+                     const SensorAt& at_y, const Gate& gate, StepReport<Scalar, n, p>& report,
+                     Vector<Scalar, n>& x, Matrix<Scalar, n, n>& P) {
   using Inner = typename Rule::Inner;
   const auto answer = [&report](Status status) { report.status = status; };
   if (!valid(rule.options) || !gate.valid()) return answer(Status::invalid_option);
@@ -218,7 +232,8 @@ void joint_step_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>
     using Step = JointStep<D, S, Scalar, n, At, SensorAt>;
     Step step{d, s, prior, noise, y, at, at_y, R, {}, Vector<Scalar, n>::Zero(), {}};
     if (!step.R_factor.factor(R)) return answer(Status::invalid_noise_covariance);
-    if constexpr (has_disturbance_mean<D, Vector<Scalar, n>, At>()) step.push = prediction - dynamics(d, prior.x, at);
+    if constexpr (has_disturbance_mean<D, Vector<Scalar, n>, At>())
+      step.push = prediction - dynamics(d, prior.x, at);
     step.set_scale(prediction);
     Root<Step> root;
 
@@ -248,22 +263,28 @@ void joint_step_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>
     // N, P and K once, with the slots at the root.
     const Vector<Scalar, n> x_s = root.at.template head<n>(), x_1 = root.at.template tail<n>();
     const auto slot = [&]<Slot which>() -> Matrix<Scalar, n, n> {
-      if constexpr (which == Slot::jacobian) return root.visit.f_x;
-      else return dynamics_slot<which>(rule.inner, d, x_s, prior.x, at);
+      if constexpr (which == Slot::jacobian)
+        return root.visit.f_x;
+      else
+        return dynamics_slot<which>(rule.inner, d, x_s, prior.x, at);
     };
     const auto sensor_slot_at_root = [&]<Slot which>() -> Matrix<Scalar, p, n> {
-      if constexpr (which == Slot::jacobian) return root.visit.m_x;
-      else return sensor_slot<which>(rule.inner, s, x_1, prediction, at_y);
+      if constexpr (which == Slot::jacobian)
+        return root.visit.m_x;
+      else
+        return sensor_slot<which>(rule.inner, s, x_1, prediction, at_y);
     };
     const Matrix<Scalar, n, n> A = slot.template operator()<Inner::A>();
     Matrix<Scalar, n, n> AP, N;
     kernel::product(A, prior.P, AP);
-    if constexpr (Inner::symmetric) kernel::add_symmetric_product<1>(noise, AP, A, N);
-    else kernel::add_product_transposed<1>(noise, AP, slot.template operator()<Inner::B>(), N);
+    if constexpr (Inner::symmetric)
+      kernel::add_symmetric_product<1>(noise, AP, A, N);
+    else
+      kernel::add_product_transposed<1>(noise, AP, slot.template operator()<Inner::B>(), N);
     Matrix<Scalar, p, p> S_root;
-    const bool regular = correct_riccati<Inner::symmetric>(N, sensor_slot_at_root.template operator()<Inner::D>(),
-                                                           sensor_slot_at_root.template operator()<Inner::E>(), R, S_root,
-                                                           report.gain, P);
+    const bool regular = correct_riccati<Inner::symmetric>(
+        N, sensor_slot_at_root.template operator()<Inner::D>(),
+        sensor_slot_at_root.template operator()<Inner::E>(), R, S_root, report.gain, P);
     if (!regular) return answer(all_finite(S_root) ? Status::singular_innovation : Status::sensor_not_finite);
     x = root.z.template tail<n>();
     report.smoothed = root.z.template head<n>();
@@ -277,7 +298,8 @@ void joint_step_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>
 
 /// A prediction has no measurement to iterate on: it is the inner rule's.
 template <IteratedRule Rule, typename D, typename Scalar, int n>
-[[nodiscard]] PredictResult<Scalar, n> predict(const Rule& rule, const D& d, const detail::ProcessNoise<Scalar, D>& process_noise,
+[[nodiscard]] PredictResult<Scalar, n> predict(const Rule& rule, const D& d,
+                                               const detail::ProcessNoise<Scalar, D>& process_noise,
                                                const Estimate<Scalar, n>& prior,
                                                const Instant<Scalar, DynamicsTraits<D>::controls>& at = {}) {
   return predict(rule.inner, d, process_noise, prior, at);
@@ -290,14 +312,16 @@ template <IteratedRule Rule, typename D, typename Scalar, int n>
 
 /// Corrects an estimate with a measurement of the same instant: the step's equations without motion.
 template <IteratedRule Rule, typename S, typename Scalar, int n, int controls = 0>
-[[nodiscard]] StepResult<Scalar, n, measurements_of<S>> update(const Rule& rule, const S& s, const Estimate<Scalar, n>& prior,
+[[nodiscard]] StepResult<Scalar, n, measurements_of<S>> update(const Rule& rule, const S& s,
+                                                               const Estimate<Scalar, n>& prior,
                                                                const Vector<Scalar, measurements_of<S>>& y,
-                                                               const Instant<Scalar, controls>& at = {}, const Gate& gate = {}) {
+                                                               const Instant<Scalar, controls>& at = {},
+                                                               const Gate& gate = {}) {
   static_assert(detail::require_sensor<S>());
   StepResult<Scalar, n, measurements_of<S>> out;
   const Stay<n> stay;
-  detail::joint_step_into(rule, stay, detail::ProcessNoise<Scalar, Stay<n>>(stay), s, prior, y, Instant<Scalar>{}, at, gate,
-                          out.report, out.estimate.x, out.estimate.P);
+  detail::joint_step_into(rule, stay, detail::ProcessNoise<Scalar, Stay<n>>(stay), s, prior, y,
+                          Instant<Scalar>{}, at, gate, out.report, out.estimate.x, out.estimate.P);
   if (!usable(out.report.status)) out.estimate = prior;
   return out;
 }
@@ -318,19 +342,20 @@ void step_into(const Rule& rule, const D& d, const detail::ProcessNoise<Scalar, 
     x = result.estimate.x;
     P = result.estimate.P;
   } else {
-    detail::joint_step_into(rule, d, process_noise, s, prior, y, at, detail::at_sample(at), gate, report, x, P);
+    detail::joint_step_into(rule, d, process_noise, s, prior, y, at, detail::at_sample(at), gate, report, x,
+                            P);
   }
 }
 
 /// One exact step, eq. (9): the estimate of x_i is revised together with that of x_{i+1}.
 template <IteratedRule Rule, typename D, typename S, typename Scalar, int n>
-[[nodiscard]] StepResult<Scalar, n, measurements_of<S>> step(const Rule& rule, const D& d, const S& s,
-                                                             const Estimate<Scalar, n>& prior,
-                                                             const Vector<Scalar, measurements_of<S>>& y,
-                                                             const Instant<Scalar, DynamicsTraits<D>::controls>& at = {},
-                                                             const Gate& gate = {}) {
+[[nodiscard]] StepResult<Scalar, n, measurements_of<S>> step(
+    const Rule& rule, const D& d, const S& s, const Estimate<Scalar, n>& prior,
+    const Vector<Scalar, measurements_of<S>>& y, const Instant<Scalar, DynamicsTraits<D>::controls>& at = {},
+    const Gate& gate = {}) {
   StepResult<Scalar, n, measurements_of<S>> out;
-  step_into(rule, d, detail::ProcessNoise<Scalar, D>(d), s, prior, y, at, gate, out.report, out.estimate.x, out.estimate.P);
+  step_into(rule, d, detail::ProcessNoise<Scalar, D>(d), s, prior, y, at, gate, out.report, out.estimate.x,
+            out.estimate.P);
   if (!usable(out.report.status)) out.estimate = prior;
   return out;
 }

@@ -78,14 +78,14 @@ struct JointStep {
 
   /// Everything one visit of the models at z gives.
   struct Visit {
-    X f;                        // f(x_s) + G w̄
-    Matrix<Scalar, n, n> f_x;   // at x_s
-    Matrix<Scalar, p, n> m_x;   // at x_1
-    Vector<Scalar, p> misfit;   // y - m(x_1)
-    Vector<Scalar, p> nu;       // R⁻¹ misfit
-    Matrix<Scalar, n, p> Pfm;   // P f_xᵀ m_xᵀ
-    Matrix<Scalar, n, p> Cm;    // C m_xᵀ
-    Z residual;                 // of the two lines
+    X f;                       // f(x_s) + G w̄
+    Matrix<Scalar, n, n> f_x;  // at x_s
+    Matrix<Scalar, p, n> m_x;  // at x_1
+    Vector<Scalar, p> misfit;  // y - m(x_1)
+    Vector<Scalar, p> nu;      // R⁻¹ misfit
+    Matrix<Scalar, n, p> Pfm;  // P f_xᵀ m_xᵀ
+    Matrix<Scalar, n, p> Cm;   // C m_xᵀ
+    Z residual;                // of the two lines
   };
 
   bool visit(const Z& z, Visit& v) const {
@@ -108,13 +108,13 @@ struct JointStep {
     return all_finite(v.residual);
   }
 
-  /// What rounding alone leaves in the residual at z: ε times the terms it is the difference of. The misfit's own
-  /// rounding, that of x_1 seen through m_x included, enters through R⁻¹: large where the measurement is far better
-  /// than the prior.
+  /// What rounding alone leaves in the residual at z: ε times the terms it is the difference of. The misfit's
+  /// own rounding, that of x_1 seen through m_x included, enters through R⁻¹: large where the measurement is
+  /// far better than the prior.
   Scalar rounding(const Z& z, const Visit& v) const {
     Vector<Scalar, p> terms;
-    kernel::add_product<1>(Vector<Scalar, p>(y.cwiseAbs() + (y - v.misfit).cwiseAbs()), Matrix<Scalar, p, n>(v.m_x.cwiseAbs()),
-                           X(z.template tail<n>().cwiseAbs()), terms);
+    kernel::add_product<1>(Vector<Scalar, p>(y.cwiseAbs() + (y - v.misfit).cwiseAbs()),
+                           Matrix<Scalar, p, n>(v.m_x.cwiseAbs()), X(z.template tail<n>().cwiseAbs()), terms);
     terms = R_factor.solve(terms).cwiseAbs();
     Z floor;
     X sum;
@@ -126,21 +126,24 @@ struct JointStep {
   }
 
   /// ok: the residual is below the tolerance even with the rounding of its own evaluation added.
-  /// accepted_at_rounding: it is not, but no more than a few roundings, so no better z can be told from this one.
+  /// accepted_at_rounding: it is not, but no more than a few roundings, so no better z can be told from this
+  /// one.
   Status verdict(const Z& z, const Visit& v, Scalar residual, Scalar tolerance) const {
     const Scalar floor = rounding(z, v);
     if (residual + floor <= tolerance) return Status::ok;
     return residual <= Scalar(8) * floor ? Status::accepted_at_rounding : Status::not_converged;
   }
 
-  /// One sweep with matrices A (n×n) at x_s and E (p×n) at x_1 in the places of F and M; false where S is singular.
+  /// One sweep with matrices A (n×n) at x_s and E (p×n) at x_1 in the places of F and M; false where S is
+  /// singular.
   ///   x̄ = f(x_s) + A (x̂ - x_s);   N m_xᵀ = A P f_xᵀ m_xᵀ + C m_xᵀ;   S = R + E N m_xᵀ;
   ///   δ = S⁻¹ (y - m(x_1) - E (x̄ - x_1));   x_1 ← x̄ + N m_xᵀ δ.
-  /// With F and M and x_s ← x̂ + P f_xᵀ m_xᵀ R⁻¹ (y - m(x_1)) this is (9) as printed (F x̂ = f(x_s) + F (x̂ - x_s)
-  /// whatever the reference). With the Jacobians and x_s ← x̂ + P f_xᵀ m_xᵀ δ it is a Gauss-Newton step of (11).
+  /// With F and M and x_s ← x̂ + P f_xᵀ m_xᵀ R⁻¹ (y - m(x_1)) this is (9) as printed (F x̂ = f(x_s) + F (x̂ -
+  /// x_s) whatever the reference). With the Jacobians and x_s ← x̂ + P f_xᵀ m_xᵀ δ it is a Gauss-Newton step
+  /// of (11).
   template <bool as_printed>
-  bool sweep(const Z& z, const Visit& v, const Matrix<Scalar, n, n>& A, const Matrix<Scalar, p, n>& E, Z& next,
-             Matrix<Scalar, p, p>& Smatrix) const {
+  bool sweep(const Z& z, const Visit& v, const Matrix<Scalar, n, n>& A, const Matrix<Scalar, p, n>& E,
+             Z& next, Matrix<Scalar, p, p>& Smatrix) const {
     const X back = prior.x - z.template head<n>();
     X bar;
     kernel::add_product<1>(v.f, A, back, bar);
@@ -210,16 +213,18 @@ struct JointStep {
   }
 };
 
-/// (11) whitened, for a least-squares solver: x_s = x̂ + L a, G w = B b, with L Lᵀ = sym(P), B Bᵀ = C, negative
-/// parts cut to zero; minimise ½|a|² + ½|b|² + ½|R^{-½}(y - m(f(x_s) + G w̄ + B b))|². Minimising the norm of the
-/// two lines instead is a trap: it stalls at points that are no roots.
+/// (11) whitened, for a least-squares solver: x_s = x̂ + L a, G w = B b, with L Lᵀ = sym(P), B Bᵀ = C,
+/// negative parts cut to zero; minimise ½|a|² + ½|b|² + ½|R^{-½}(y - m(f(x_s) + G w̄ + B b))|². Minimising the
+/// norm of the two lines instead is a trap: it stalls at points that are no roots.
 template <typename Step, typename Scalar, int n>
 struct WhitenedStep {
   static constexpr int p = Step::p, parameters = 2 * n, residuals = 2 * n + p;
   const Step& step;
   Matrix<Scalar, n, n> L, B;
 
-  explicit WhitenedStep(const Step& s) : step(s), L(kernel::SemidefiniteFactor<Scalar, n>((s.prior.P + s.prior.P.transpose()) / Scalar(2)).L),
+  explicit WhitenedStep(const Step& s)
+      : step(s),
+        L(kernel::SemidefiniteFactor<Scalar, n>((s.prior.P + s.prior.P.transpose()) / Scalar(2)).L),
         B(kernel::SemidefiniteFactor<Scalar, n>(s.noise).L) {}
 
   typename Step::Z point(const Vector<Scalar, 2 * n>& u) const {
@@ -232,14 +237,17 @@ struct WhitenedStep {
     return z;
   }
 
-  bool evaluate(const Vector<Scalar, 2 * n>& u, Vector<Scalar, residuals>& r, Matrix<Scalar, residuals, 2 * n>* J) const {
+  bool evaluate(const Vector<Scalar, 2 * n>& u, Vector<Scalar, residuals>& r,
+                Matrix<Scalar, residuals, 2 * n>* J) const {
     const typename Step::Z z = point(u);
     const Vector<Scalar, n> x_1 = z.template tail<n>();
-    Vector<Scalar, p> misfit = measurement_residual(step.sensor, step.y, measurement(step.sensor, x_1, step.at_y));
+    Vector<Scalar, p> misfit =
+        measurement_residual(step.sensor, step.y, measurement(step.sensor, x_1, step.at_y));
     whiten(misfit);
     r << u, misfit;
     if (J != nullptr) {
-      const Matrix<Scalar, n, n> f_x = dynamics_jacobian(step.dynamics_model, Vector<Scalar, n>(z.template head<n>()), step.at);
+      const Matrix<Scalar, n, n> f_x =
+          dynamics_jacobian(step.dynamics_model, Vector<Scalar, n>(z.template head<n>()), step.at);
       const Matrix<Scalar, p, n> m_x = measurement_jacobian(step.sensor, x_1, step.at_y);
       Matrix<Scalar, n, n> fL;
       Matrix<Scalar, p, n> by_a, by_b;

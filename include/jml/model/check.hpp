@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Is my model what I think it is? Compares what a model supplies with what can be derived from the rest of it.
+/// Is my model what I think it is? Compares what a model supplies with what can be derived from the rest of
+/// it.
 ///
 ///     const auto report = jml::check_model(VanDerPol{}, x);
 ///     if (!report.ok()) report.print([](const char* line) { std::puts(line); });
@@ -15,14 +16,23 @@ namespace jml {
 
 /// One thing that is wrong.
 struct Finding {
-  enum class Function : std::uint8_t { dynamics, jacobian, sdc, covariance, input, mean, measurement, linear } function{};
+  enum class Function : std::uint8_t {
+    dynamics,
+    jacobian,
+    sdc,
+    covariance,
+    input,
+    mean,
+    measurement,
+    linear
+  } function{};
   enum class Fault : std::uint8_t {
-    not_finite,             ///< a NaN or an infinity
-    disagrees_with_duals,   ///< the Jacobian is not the derivative of the function's own code
+    not_finite,                  ///< a NaN or an infinity
+    disagrees_with_duals,        ///< the Jacobian is not the derivative of the function's own code
     disagrees_with_differences,  ///< nor that of its central differences
-    breaks_definition,      ///< F(x)(x - r) ≠ f(x) - f(r)
-    not_a_covariance,       ///< not symmetric, or indefinite (R: not positive definite)
-    not_linear,             ///< says `linear`, but its Jacobian changes with x
+    breaks_definition,           ///< F(x)(x - r) ≠ f(x) - f(r)
+    not_a_covariance,            ///< not symmetric, or indefinite (R: not positive definite)
+    not_linear,                  ///< says `linear`, but its Jacobian changes with x
   } fault{};
   int row = 0, column = 0;  ///< of the worst entry
   double given = 0, expected = 0;
@@ -47,14 +57,21 @@ struct ModelReport {
   /// Calls line(const char*) once for each finding.
   template <typename Line>
   void print(const Line& line) const {
-    constexpr const char* functions[] = {"dynamics", "Jacobian", "SDC matrix", "covariance", "disturbance input", "disturbance mean", "measurement", "claim of linearity"};
-    constexpr const char* faults[] = {"is not finite", "is not the derivative (dual numbers)", "is not the derivative (central differences)",
-                                      "does not satisfy F(x)(x - r) = f(x) - f(r)", "is no covariance", "is wrong: the Jacobian changes with x"};
+    constexpr const char* functions[] = {"dynamics",    "Jacobian",          "SDC matrix",
+                                         "covariance",  "disturbance input", "disturbance mean",
+                                         "measurement", "claim of linearity"};
+    constexpr const char* faults[] = {"is not finite",
+                                      "is not the derivative (dual numbers)",
+                                      "is not the derivative (central differences)",
+                                      "does not satisfy F(x)(x - r) = f(x) - f(r)",
+                                      "is no covariance",
+                                      "is wrong: the Jacobian changes with x"};
     for (int i = 0; i < count; ++i) {
       const Finding& f = findings[static_cast<std::size_t>(i)];
       char text[192];
-      std::snprintf(text, sizeof text, "%s %s: entry (%d, %d) is %.9g, expected %.9g", functions[static_cast<int>(f.function)],
-                    faults[static_cast<int>(f.fault)], f.row, f.column, f.given, f.expected);
+      std::snprintf(text, sizeof text, "%s %s: entry (%d, %d) is %.9g, expected %.9g",
+                    functions[static_cast<int>(f.function)], faults[static_cast<int>(f.fault)], f.row,
+                    f.column, f.given, f.expected);
       line(static_cast<const char*>(text));
     }
   }
@@ -64,12 +81,14 @@ namespace detail {
 
 /// Adds the worst entry of `given` that differs from `expected` by more than `tolerance` of the row's scale.
 template <int rows, int cols>
-void compare(ModelReport& report, Finding::Function function, Finding::Fault fault, const Matrix<double, rows, cols>& given,
-             const Matrix<double, rows, cols>& expected, double tolerance, const Vector<double, rows>& floor) {
+void compare(ModelReport& report, Finding::Function function, Finding::Fault fault,
+             const Matrix<double, rows, cols>& given, const Matrix<double, rows, cols>& expected,
+             double tolerance, const Vector<double, rows>& floor) {
   Finding worst{function, fault, 0, 0, 0, 0};
   double largest = tolerance;
   for (int i = 0; i < rows; ++i) {
-    const double scale = std::max(expected.row(i).cwiseAbs().maxCoeff(), given.row(i).cwiseAbs().maxCoeff()) + floor(i);
+    const double scale =
+        std::max(expected.row(i).cwiseAbs().maxCoeff(), given.row(i).cwiseAbs().maxCoeff()) + floor(i);
     for (int j = 0; j < cols; ++j) {
       const double error = std::abs(given(i, j) - expected(i, j)) / (scale > 0 ? scale : 1);
       if (!(error <= largest)) {
@@ -85,7 +104,8 @@ void compare(ModelReport& report, Finding::Function function, Finding::Fault fau
 }
 
 template <int rows, int cols>
-bool require_finite(ModelReport& report, Finding::Function function, const Matrix<double, rows, cols>& value) {
+bool require_finite(ModelReport& report, Finding::Function function,
+                    const Matrix<double, rows, cols>& value) {
   if (all_finite(value)) return true;
   for (int i = 0; i < rows; ++i) {
     for (int j = 0; j < cols; ++j) {
@@ -98,9 +118,10 @@ bool require_finite(ModelReport& report, Finding::Function function, const Matri
 }
 
 /// Jacobian, SDC and linearity of f: Rⁿ → R^rows at x. `difference(a, b)` is a - b, angles wrapped.
-template <int rows, bool generic, bool linear, int n, typename F, typename J, typename Sdc, typename Difference>
-void check_function(ModelReport& report, Finding::Function itself, const Vector<double, n>& x, const F& f, const J& jacobian,
-                    const Sdc& sdc, const Difference& difference) {
+template <int rows, bool generic, bool linear, int n, typename F, typename J, typename Sdc,
+          typename Difference>
+void check_function(ModelReport& report, Finding::Function itself, const Vector<double, n>& x, const F& f,
+                    const J& jacobian, const Sdc& sdc, const Difference& difference) {
   using Fault = Finding::Fault;
   const Vector<double, rows> value = f(x);
   if (!require_finite(report, itself, value)) return;
@@ -108,7 +129,8 @@ void check_function(ModelReport& report, Finding::Function itself, const Vector<
   if (!require_finite(report, Finding::Function::jacobian, given)) return;
   const Vector<double, rows> none = Vector<double, rows>::Zero();
   if constexpr (generic) {
-    compare(report, Finding::Function::jacobian, Fault::disagrees_with_duals, given, derive_jacobian<rows>(f, x), 1e-11, none);
+    compare(report, Finding::Function::jacobian, Fault::disagrees_with_duals, given,
+            derive_jacobian<rows>(f, x), 1e-11, none);
   }
   Matrix<double, rows, n> differences;
   for (int j = 0; j < n; ++j) {
@@ -116,9 +138,11 @@ void check_function(ModelReport& report, Finding::Function itself, const Vector<
     Vector<double, n> above = x, below = x;
     above(j) += h;
     below(j) -= h;
-    differences.col(j) = difference(Vector<double, rows>(f(above)), Vector<double, rows>(f(below))) / (above(j) - below(j));
+    differences.col(j) =
+        difference(Vector<double, rows>(f(above)), Vector<double, rows>(f(below))) / (above(j) - below(j));
   }
-  compare(report, Finding::Function::jacobian, Fault::disagrees_with_differences, given, differences, 1e-5, none);
+  compare(report, Finding::Function::jacobian, Fault::disagrees_with_differences, given, differences, 1e-5,
+          none);
   const auto [F_x, reference, change] = sdc(x);
   if (require_finite(report, Finding::Function::sdc, F_x)) {
     const Vector<double, rows> product = F_x * (x - reference);
@@ -127,14 +151,16 @@ void check_function(ModelReport& report, Finding::Function itself, const Vector<
   }
   if constexpr (linear) {
     const Vector<double, n> elsewhere = x * 1.5 + Vector<double, n>::Ones();
-    compare(report, Finding::Function::linear, Fault::not_linear, Matrix<double, rows, n>(jacobian(elsewhere)), given, 1e-12, none);
+    compare(report, Finding::Function::linear, Fault::not_linear,
+            Matrix<double, rows, n>(jacobian(elsewhere)), given, 1e-12, none);
   }
 }
 
 }  // namespace detail
 
-/// Checks discrete dynamics at x, n: that its Jacobian is the derivative, its SDC matrix satisfies F(x) x = f(x) - f(0),
-/// Q is a covariance, G and w̄ are finite, a claim of linearity holds. Use several x, none of them special.
+/// Checks discrete dynamics at x, n: that its Jacobian is the derivative, its SDC matrix satisfies F(x) x =
+/// f(x) - f(0), Q is a covariance, G and w̄ are finite, a claim of linearity holds. Use several x, none of
+/// them special.
 template <DiscreteDynamics D, int n, typename At = Instant<double, DynamicsTraits<D>::controls>>
 [[nodiscard]] ModelReport check_model(const D& d, const Vector<double, n>& x, const At& at = {}) {
   static_assert(states_of<D> == n, "jml: x has not as many states as the dynamics");
@@ -146,18 +172,22 @@ template <DiscreteDynamics D, int n, typename At = Instant<double, DynamicsTrait
     Vector<double, n> reference, change;
   };
   detail::check_function<n, generic, DynamicsTraits<D>::linear>(
-      report, Finding::Function::dynamics, x, f, [&](const Vector<double, n>& z) { return dynamics_jacobian(d, z, at); },
+      report, Finding::Function::dynamics, x, f,
+      [&](const Vector<double, n>& z) { return dynamics_jacobian(d, z, at); },
       [&](const Vector<double, n>& z) {
         const Vector<double, n> origin = Vector<double, n>::Zero();
-        return Sdc{dynamics_sdc<true>(d, z, origin, at), origin, dynamics(d, z, at) - dynamics(d, origin, at)};
+        return Sdc{dynamics_sdc<true>(d, z, origin, at), origin,
+                   dynamics(d, z, at) - dynamics(d, origin, at)};
       },
       [](const Vector<double, n>& a, const Vector<double, n>& b) { return Vector<double, n>(a - b); });
   if constexpr (DynamicsTraits<D>::disturbances > 0) {
     const auto Q = disturbance_covariance(d, x, at);
-    if (!detail::is_covariance(Q)) report.add({Finding::Function::covariance, Finding::Fault::not_a_covariance, 0, 0, Q(0, 0), 0});
+    if (!detail::is_covariance(Q))
+      report.add({Finding::Function::covariance, Finding::Fault::not_a_covariance, 0, 0, Q(0, 0), 0});
     detail::require_finite(report, Finding::Function::input, disturbance_input(d, x, at));
     if constexpr (has_disturbance_mean<D, Vector<double, n>, At>()) {
-      detail::require_finite(report, Finding::Function::mean, Vector<double, n>(predicted_state(d, x, at) - dynamics(d, x, at)));
+      detail::require_finite(report, Finding::Function::mean,
+                             Vector<double, n>(predicted_state(d, x, at) - dynamics(d, x, at)));
     }
   }
   return report;
@@ -168,16 +198,20 @@ template <Sensor S, int n, typename At = Instant<double>>
 [[nodiscard]] ModelReport check_model(const S& s, const Vector<double, n>& x, const At& at = {}) {
   constexpr int p = measurements_of<S>;
   ModelReport report;
-  constexpr bool generic = detail::Generic<decltype(detail::measurement_of(s)), Vector<Dual<double, n>, n>, At>;
+  constexpr bool generic =
+      detail::Generic<decltype(detail::measurement_of(s)), Vector<Dual<double, n>, n>, At>;
   const auto m = [&](const auto& z) { return measurement(s, z, at); };
-  const auto difference = [&](const Vector<double, p>& a, const Vector<double, p>& b) { return measurement_residual(s, a, b); };
+  const auto difference = [&](const Vector<double, p>& a, const Vector<double, p>& b) {
+    return measurement_residual(s, a, b);
+  };
   struct Sdc {
     Matrix<double, p, n> M;
     Vector<double, n> reference;
     Vector<double, p> change;
   };
   detail::check_function<p, generic, SensorTraits<S>::linear>(
-      report, Finding::Function::measurement, x, m, [&](const Vector<double, n>& z) { return measurement_jacobian(s, z, at); },
+      report, Finding::Function::measurement, x, m,
+      [&](const Vector<double, n>& z) { return measurement_jacobian(s, z, at); },
       [&](const Vector<double, n>& z) {
         const Vector<double, n> origin = Vector<double, n>::Zero();
         const Vector<double, p> here = measurement(s, z, at), there = measurement(s, origin, at);
@@ -185,7 +219,8 @@ template <Sensor S, int n, typename At = Instant<double>>
       },
       difference);
   const auto R = noise_covariance(s, x, at);
-  if (!detail::is_noise_covariance(R)) report.add({Finding::Function::covariance, Finding::Fault::not_a_covariance, 0, 0, R(0, 0), 0});
+  if (!detail::is_noise_covariance(R))
+    report.add({Finding::Function::covariance, Finding::Fault::not_a_covariance, 0, 0, R(0, 0), 0});
   return report;
 }
 

@@ -12,10 +12,12 @@ template <typename D>
 concept Dynamics = DynamicsTraits<D>::states > 0;
 
 template <typename D>
-concept DiscreteDynamics = Dynamics<D> && std::is_same_v<typename DynamicsTraits<D>::time_domain, DiscreteTime>;
+concept DiscreteDynamics =
+    Dynamics<D> && std::is_same_v<typename DynamicsTraits<D>::time_domain, DiscreteTime>;
 
 template <typename D>
-concept ContinuousDynamics = Dynamics<D> && std::is_same_v<typename DynamicsTraits<D>::time_domain, ContinuousTime>;
+concept ContinuousDynamics =
+    Dynamics<D> && std::is_same_v<typename DynamicsTraits<D>::time_domain, ContinuousTime>;
 
 template <typename S>
 concept Sensor = SensorTraits<S>::measurements > 0;
@@ -38,14 +40,17 @@ namespace detail {
 /// Compile-time checks of a discrete model, each with the user's mistake in words.
 template <typename D>
 consteval bool require_discrete() {
-  static_assert(DynamicsTraits<D>::states > 0,
-                "jml: a dynamics model needs `static constexpr int states` (or a DynamicsTraits specialisation)");
-  static_assert(DiscreteDynamics<D>,
-                "jml: this dynamics model is continuous in time: wrap it in jml::discretize before giving it to a "
-                "discrete filter");
-  static_assert(!requires(const D& d) { d.disturbance_spectral_density(); },
-                "jml: disturbance_spectral_density() belongs to continuous dynamics; a discrete model has "
-                "disturbance_covariance(), a covariance per step");
+  static_assert(
+      DynamicsTraits<D>::states > 0,
+      "jml: a dynamics model needs `static constexpr int states` (or a DynamicsTraits specialisation)");
+  static_assert(
+      DiscreteDynamics<D>,
+      "jml: this dynamics model is continuous in time: wrap it in jml::discretize before giving it to a "
+      "discrete filter");
+  static_assert(
+      !requires(const D& d) { d.disturbance_spectral_density(); },
+      "jml: disturbance_spectral_density() belongs to continuous dynamics; a discrete model has "
+      "disturbance_covariance(), a covariance per step");
   return true;
 }
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// From continuous dynamics ẋ = f(x) + G w to one discrete step of length dt, with its Jacobian, SDC and noise.
+/// From continuous dynamics ẋ = f(x) + G w to one discrete step of length dt, with its Jacobian, SDC and
+/// noise.
 ///
-/// The stages of the integrator carry a matrix along: with A = f_x at each stage it becomes the Jacobian of the step
-/// by the chain rule; with A = F, F(x) x = f(x), it becomes a SDC matrix of the step, exactly, for the same reason.
+/// The stages of the integrator carry a matrix along: with A = f_x at each stage it becomes the Jacobian of
+/// the step by the chain rule; with A = F, F(x) x = f(x), it becomes a SDC matrix of the step, exactly, for
+/// the same reason.
 #pragma once
 
 #include <jml/kernels.hpp>
@@ -17,13 +19,14 @@ struct Euler {};
 /// The classical fourth-order Runge-Kutta step, control held.
 struct RungeKutta4 {};
 
-/// Noise of the step by Van Loan (1978, IEEE TAC 23): ∫₀^dt e^{As} G Q Gᵀ e^{Aᵀs} ds with A = f_x(x), from one
-/// exponential of a 2n×2n matrix. n disturbances, G = I.
+/// Noise of the step by Van Loan (1978, IEEE TAC 23): ∫₀^dt e^{As} G Q Gᵀ e^{Aᵀs} ds with A = f_x(x), from
+/// one exponential of a 2n×2n matrix. n disturbances, G = I.
 struct VanLoan {};
 /// Noise held over the step: G dt and Q/dt, rank q as the continuous model's. Order 1, and cheap.
 struct HeldNoise {};
 
-/// One step of `Continuous` as discrete dynamics; dt comes with the Instant of each step. Made by discretize().
+/// One step of `Continuous` as discrete dynamics; dt comes with the Instant of each step. Made by
+/// discretize().
 template <typename Continuous, typename Integrator, typename NoiseModel>
 class Discretized {
   using Traits = DynamicsTraits<Continuous>;
@@ -37,9 +40,11 @@ class Discretized {
     using Then = Instant<S, Traits::controls>;
     static constexpr bool jacobian =
         detail::Generic<decltype(detail::jacobian_of(std::declval<const Continuous&>())), X, Then> ||
-        detail::Generic<decltype(detail::dynamics_of(std::declval<const Continuous&>())), Vector<Dual<T, n>, n>, Then>;
-    static constexpr bool sdc = requires(const Continuous& c, const X& x) { Traits::sdc(c, x); } ||
-                                requires(const Continuous& c, const X& x, const Then& at) { Traits::sdc(c, x, at); };
+        detail::Generic<decltype(detail::dynamics_of(std::declval<const Continuous&>())),
+                        Vector<Dual<T, n>, n>, Then>;
+    static constexpr bool sdc = requires(const Continuous& c, const X& x) {
+      Traits::sdc(c, x);
+    } || requires(const Continuous& c, const X& x, const Then& at) { Traits::sdc(c, x, at); };
   };
 
  public:
@@ -53,7 +58,9 @@ class Discretized {
 
   template <typename T, typename S>
   Vector<T, n> dynamics(const Vector<T, n>& x, const Instant<S, controls>& at) const {
-    const auto f = [&](const Vector<T, n>& z, double fraction) { return jml::dynamics(continuous, z, stage(at, fraction)); };
+    const auto f = [&](const Vector<T, n>& z, double fraction) {
+      return jml::dynamics(continuous, z, stage(at, fraction));
+    };
     const S h = at.dt;
     if constexpr (std::is_same_v<Integrator, Euler>) {
       return x + h * f(x, 0);
@@ -70,7 +77,9 @@ class Discretized {
   Matrix<T, n, n> dynamics_jacobian(const Vector<T, n>& x, const Instant<S, controls>& at) const
     requires(Gives<T, S>::jacobian)
   {
-    return carry(x, at, [&](const Vector<T, n>& z, const Instant<S, controls>& then) { return jml::dynamics_jacobian(continuous, z, then); });
+    return carry(x, at, [&](const Vector<T, n>& z, const Instant<S, controls>& then) {
+      return jml::dynamics_jacobian(continuous, z, then);
+    });
   }
 
   /// Where the continuous model has its own SDC matrix: about the origin, which must be an equilibrium.
@@ -91,10 +100,12 @@ class Discretized {
   }
 
   template <typename S>
-  Matrix<S, disturbances, disturbances> disturbance_covariance(const Vector<S, n>& x, const Instant<S, controls>& at) const
+  Matrix<S, disturbances, disturbances> disturbance_covariance(const Vector<S, n>& x,
+                                                               const Instant<S, controls>& at) const
     requires(q > 0)
   {
-    const auto density = [this](const auto&... a) -> decltype(Traits::disturbance_spectral_density(continuous, a...)) {
+    const auto density =
+        [this](const auto&... a) -> decltype(Traits::disturbance_spectral_density(continuous, a...)) {
       return Traits::disturbance_spectral_density(continuous, a...);
     };
     static_assert(detail::Callable<decltype(density), Vector<S, n>, Instant<S, controls>>,
@@ -110,7 +121,8 @@ class Discretized {
       H.template topRightCorner<n, n>() = G * Q * G.transpose() * at.dt;
       H.template bottomRightCorner<n, n>() = A.transpose() * at.dt;
       const Matrix<S, 2 * n, 2 * n> E = H.exp();
-      const Matrix<S, n, n> noise = E.template bottomRightCorner<n, n>().transpose() * E.template topRightCorner<n, n>();
+      const Matrix<S, n, n> noise =
+          E.template bottomRightCorner<n, n>().transpose() * E.template topRightCorner<n, n>();
       return (noise + noise.transpose()) / S(2);
     }
   }
@@ -131,7 +143,9 @@ class Discretized {
     if constexpr (std::is_same_v<Integrator, Euler>) {
       return I + h * a(x, stage(at, 0));
     } else {
-      const auto f = [&](const Vector<T, n>& z, double fraction) { return jml::dynamics(continuous, z, stage(at, fraction)); };
+      const auto f = [&](const Vector<T, n>& z, double fraction) {
+        return jml::dynamics(continuous, z, stage(at, fraction));
+      };
       const Vector<T, n> x2 = x + (h / 2) * f(x, 0);
       const Vector<T, n> x3 = x + (h / 2) * f(x2, 0.5);
       const Vector<T, n> x4 = x + h * f(x3, 0.5);
@@ -144,7 +158,8 @@ class Discretized {
   }
 };
 
-/// Discrete dynamics from continuous ones: `jml::discretize<jml::RungeKutta4>(model)`. dt is given at each step.
+/// Discrete dynamics from continuous ones: `jml::discretize<jml::RungeKutta4>(model)`. dt is given at each
+/// step.
 template <typename Integrator, typename NoiseModel = VanLoan, ContinuousDynamics Continuous>
 [[nodiscard]] Discretized<Continuous, Integrator, NoiseModel> discretize(const Continuous& model) {
   return Discretized<Continuous, Integrator, NoiseModel>(model);

@@ -78,24 +78,97 @@ constexpr auto plain_value(const Dual<Base, n>& number) {
   return plain_value(number.value);
 }
 
-template <typename B, int n> Dual<B, n> sin(const Dual<B, n>& a) { using std::sin, std::cos; return a.chain(sin(a.value), cos(a.value)); }
-template <typename B, int n> Dual<B, n> cos(const Dual<B, n>& a) { using std::sin, std::cos; return a.chain(cos(a.value), -sin(a.value)); }
-template <typename B, int n> Dual<B, n> tan(const Dual<B, n>& a) { using std::tan; const B t = tan(a.value); return a.chain(t, B(1) + t * t); }
-template <typename B, int n> Dual<B, n> asin(const Dual<B, n>& a) { using std::asin, std::sqrt; return a.chain(asin(a.value), B(1) / sqrt(B(1) - a.value * a.value)); }
-template <typename B, int n> Dual<B, n> acos(const Dual<B, n>& a) { using std::acos, std::sqrt; return a.chain(acos(a.value), B(-1) / sqrt(B(1) - a.value * a.value)); }
-template <typename B, int n> Dual<B, n> atan(const Dual<B, n>& a) { using std::atan; return a.chain(atan(a.value), B(1) / (B(1) + a.value * a.value)); }
-template <typename B, int n> Dual<B, n> sinh(const Dual<B, n>& a) { using std::sinh, std::cosh; return a.chain(sinh(a.value), cosh(a.value)); }
-template <typename B, int n> Dual<B, n> cosh(const Dual<B, n>& a) { using std::sinh, std::cosh; return a.chain(cosh(a.value), sinh(a.value)); }
-template <typename B, int n> Dual<B, n> tanh(const Dual<B, n>& a) { using std::tanh; const B t = tanh(a.value); return a.chain(t, B(1) - t * t); }
-template <typename B, int n> Dual<B, n> exp(const Dual<B, n>& a) { using std::exp; const B e = exp(a.value); return a.chain(e, e); }
-template <typename B, int n> Dual<B, n> expm1(const Dual<B, n>& a) { using std::expm1; const B e = expm1(a.value); return a.chain(e, e + B(1)); }
-template <typename B, int n> Dual<B, n> log(const Dual<B, n>& a) { using std::log; return a.chain(log(a.value), B(1) / a.value); }
-template <typename B, int n> Dual<B, n> log1p(const Dual<B, n>& a) { using std::log1p; return a.chain(log1p(a.value), B(1) / (B(1) + a.value)); }
-template <typename B, int n> Dual<B, n> sqrt(const Dual<B, n>& a) { using std::sqrt; const B r = sqrt(a.value); return a.chain(r, B(0.5) / r); }
-template <typename B, int n> Dual<B, n> cbrt(const Dual<B, n>& a) { using std::cbrt; const B r = cbrt(a.value); return a.chain(r, B(1) / (B(3) * r * r)); }
-template <typename B, int n> Dual<B, n> abs(const Dual<B, n>& a) { return plain_value(a) < 0 ? -a : a; }
-template <typename B, int n> Dual<B, n> fabs(const Dual<B, n>& a) { return abs(a); }
-template <typename B, int n> Dual<B, n> erf(const Dual<B, n>& a) {
+template <typename B, int n>
+Dual<B, n> sin(const Dual<B, n>& a) {
+  using std::sin, std::cos;
+  return a.chain(sin(a.value), cos(a.value));
+}
+template <typename B, int n>
+Dual<B, n> cos(const Dual<B, n>& a) {
+  using std::sin, std::cos;
+  return a.chain(cos(a.value), -sin(a.value));
+}
+template <typename B, int n>
+Dual<B, n> tan(const Dual<B, n>& a) {
+  using std::tan;
+  const B t = tan(a.value);
+  return a.chain(t, B(1) + t * t);
+}
+template <typename B, int n>
+Dual<B, n> asin(const Dual<B, n>& a) {
+  using std::asin, std::sqrt;
+  return a.chain(asin(a.value), B(1) / sqrt(B(1) - a.value * a.value));
+}
+template <typename B, int n>
+Dual<B, n> acos(const Dual<B, n>& a) {
+  using std::acos, std::sqrt;
+  return a.chain(acos(a.value), B(-1) / sqrt(B(1) - a.value * a.value));
+}
+template <typename B, int n>
+Dual<B, n> atan(const Dual<B, n>& a) {
+  using std::atan;
+  return a.chain(atan(a.value), B(1) / (B(1) + a.value * a.value));
+}
+template <typename B, int n>
+Dual<B, n> sinh(const Dual<B, n>& a) {
+  using std::sinh, std::cosh;
+  return a.chain(sinh(a.value), cosh(a.value));
+}
+template <typename B, int n>
+Dual<B, n> cosh(const Dual<B, n>& a) {
+  using std::sinh, std::cosh;
+  return a.chain(cosh(a.value), sinh(a.value));
+}
+template <typename B, int n>
+Dual<B, n> tanh(const Dual<B, n>& a) {
+  using std::tanh;
+  const B t = tanh(a.value);
+  return a.chain(t, B(1) - t * t);
+}
+template <typename B, int n>
+Dual<B, n> exp(const Dual<B, n>& a) {
+  using std::exp;
+  const B e = exp(a.value);
+  return a.chain(e, e);
+}
+template <typename B, int n>
+Dual<B, n> expm1(const Dual<B, n>& a) {
+  using std::expm1;
+  const B e = expm1(a.value);
+  return a.chain(e, e + B(1));
+}
+template <typename B, int n>
+Dual<B, n> log(const Dual<B, n>& a) {
+  using std::log;
+  return a.chain(log(a.value), B(1) / a.value);
+}
+template <typename B, int n>
+Dual<B, n> log1p(const Dual<B, n>& a) {
+  using std::log1p;
+  return a.chain(log1p(a.value), B(1) / (B(1) + a.value));
+}
+template <typename B, int n>
+Dual<B, n> sqrt(const Dual<B, n>& a) {
+  using std::sqrt;
+  const B r = sqrt(a.value);
+  return a.chain(r, B(0.5) / r);
+}
+template <typename B, int n>
+Dual<B, n> cbrt(const Dual<B, n>& a) {
+  using std::cbrt;
+  const B r = cbrt(a.value);
+  return a.chain(r, B(1) / (B(3) * r * r));
+}
+template <typename B, int n>
+Dual<B, n> abs(const Dual<B, n>& a) {
+  return plain_value(a) < 0 ? -a : a;
+}
+template <typename B, int n>
+Dual<B, n> fabs(const Dual<B, n>& a) {
+  return abs(a);
+}
+template <typename B, int n>
+Dual<B, n> erf(const Dual<B, n>& a) {
   using std::erf, std::exp;
   return a.chain(erf(a.value), B(1.1283791670955125739) * exp(-a.value * a.value));
 }
@@ -132,24 +205,51 @@ Dual<B, n> pow(const Dual<B, n>& a, const Dual<B, n>& b) {
   const B power = pow(a.value, b.value);
   Dual<B, n> out(power);
   for (int i = 0; i < n; ++i) {
-    out.partial[i] = b.value * pow(a.value, b.value - B(1)) * a.partial[i] + power * log(a.value) * b.partial[i];
+    out.partial[i] =
+        b.value * pow(a.value, b.value - B(1)) * a.partial[i] + power * log(a.value) * b.partial[i];
   }
   return out;
 }
 
 // With a plain number in the other place.
-template <typename B, int n, typename N> requires std::is_arithmetic_v<N>
-Dual<B, n> atan2(const Dual<B, n>& y, N x) { return atan2(y, Dual<B, n>(x)); }
-template <typename B, int n, typename N> requires std::is_arithmetic_v<N>
-Dual<B, n> atan2(N y, const Dual<B, n>& x) { return atan2(Dual<B, n>(y), x); }
-template <typename B, int n, typename N> requires std::is_arithmetic_v<N>
-Dual<B, n> hypot(const Dual<B, n>& a, N b) { return hypot(a, Dual<B, n>(b)); }
-template <typename B, int n, typename N> requires std::is_arithmetic_v<N>
-Dual<B, n> hypot(N a, const Dual<B, n>& b) { return hypot(Dual<B, n>(a), b); }
-template <typename B, int n> Dual<B, n> max(const Dual<B, n>& a, const Dual<B, n>& b) { return a < b ? b : a; }
-template <typename B, int n> Dual<B, n> min(const Dual<B, n>& a, const Dual<B, n>& b) { return b < a ? b : a; }
-template <typename B, int n> bool isfinite(const Dual<B, n>& a) { using std::isfinite; return isfinite(plain_value(a)); }
-template <typename B, int n> bool isnan(const Dual<B, n>& a) { using std::isnan; return isnan(plain_value(a)); }
+template <typename B, int n, typename N>
+  requires std::is_arithmetic_v<N>
+Dual<B, n> atan2(const Dual<B, n>& y, N x) {
+  return atan2(y, Dual<B, n>(x));
+}
+template <typename B, int n, typename N>
+  requires std::is_arithmetic_v<N>
+Dual<B, n> atan2(N y, const Dual<B, n>& x) {
+  return atan2(Dual<B, n>(y), x);
+}
+template <typename B, int n, typename N>
+  requires std::is_arithmetic_v<N>
+Dual<B, n> hypot(const Dual<B, n>& a, N b) {
+  return hypot(a, Dual<B, n>(b));
+}
+template <typename B, int n, typename N>
+  requires std::is_arithmetic_v<N>
+Dual<B, n> hypot(N a, const Dual<B, n>& b) {
+  return hypot(Dual<B, n>(a), b);
+}
+template <typename B, int n>
+Dual<B, n> max(const Dual<B, n>& a, const Dual<B, n>& b) {
+  return a < b ? b : a;
+}
+template <typename B, int n>
+Dual<B, n> min(const Dual<B, n>& a, const Dual<B, n>& b) {
+  return b < a ? b : a;
+}
+template <typename B, int n>
+bool isfinite(const Dual<B, n>& a) {
+  using std::isfinite;
+  return isfinite(plain_value(a));
+}
+template <typename B, int n>
+bool isnan(const Dual<B, n>& a) {
+  using std::isnan;
+  return isnan(plain_value(a));
+}
 
 }  // namespace jml
 

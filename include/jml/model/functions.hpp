@@ -28,8 +28,8 @@ template <typename Function, typename X, typename At>
 concept Callable =
     std::is_invocable_v<Function, X, At> || std::is_invocable_v<Function, X> || std::is_invocable_v<Function>;
 
-/// What call() would return, found without looking into the function: a body meant for double alone must not be
-/// instantiated for anything else.
+/// What call() would return, found without looking into the function: a body meant for double alone must not
+/// be instantiated for anything else.
 template <typename Function, typename X, typename At>
 struct Result : std::invoke_result<Function> {};
 template <typename Function, typename X, typename At>
@@ -42,7 +42,8 @@ struct Result<Function, X, At> : std::invoke_result<Function, X, At> {};
 /// Callable, and answers in the scalar of x: a function written for double alone does not serve dual numbers.
 template <typename Function, typename X, typename At>
 concept Generic = Callable<Function, X, At> &&
-                  std::is_same_v<typename std::remove_cvref_t<typename Result<Function, X, At>::type>::Scalar, typename X::Scalar>;
+                  std::is_same_v<typename std::remove_cvref_t<typename Result<Function, X, At>::type>::Scalar,
+                                 typename X::Scalar>;
 
 // One caller per function; the trait decides which arities exist.
 template <typename D>
@@ -79,13 +80,14 @@ inline constexpr int measurements_of = SensorTraits<S>::measurements;
 
 /// f(x), n. T may be a dual number.
 template <typename T, int n, typename D, typename At>
-Vector<T, n> dynamics(const D& d, const Vector<T, n>& x, const At& at) {
+[[gnu::always_inline]] inline Vector<T, n> dynamics(const D& d, const Vector<T, n>& x, const At& at) {
   return detail::call(detail::dynamics_of(d), x, at);
 }
 
 /// f_x(x), n×n.
 template <typename T, int n, typename D, typename At>
-Matrix<T, n, n> dynamics_jacobian(const D& d, const Vector<T, n>& x, const At& at) {
+[[gnu::always_inline]] inline Matrix<T, n, n> dynamics_jacobian(const D& d, const Vector<T, n>& x,
+                                                                const At& at) {
   const auto given = detail::jacobian_of(d);
   if constexpr (detail::Generic<decltype(given), Vector<T, n>, At>) {
     return detail::call(given, x, at);
@@ -113,8 +115,9 @@ Matrix<T, n, n> dynamics_sdc(const D& d, const Vector<T, n>& x, const Vector<T, 
     return Traits::sdc_about(d, x, reference);
   } else {
     const Vector<T, n> here = dynamics(d, x, at), there = dynamics(d, reference, at);
-    return derive_sdc<n>([&](const Vector<T, n>& z) { return dynamics_jacobian(d, z, at); }, Vector<T, n>(here - there),
-                         Vector<T, n>(here.cwiseAbs() + there.cwiseAbs()), x, reference);
+    return derive_sdc<n>([&](const Vector<T, n>& z) { return dynamics_jacobian(d, z, at); },
+                         Vector<T, n>(here - there), Vector<T, n>(here.cwiseAbs() + there.cwiseAbs()), x,
+                         reference);
   }
 }
 
@@ -171,7 +174,7 @@ Matrix<T, DynamicsTraits<D>::disturbances, DynamicsTraits<D>::disturbances> dist
 
 /// f(x) + G w̄, n: the prediction.
 template <typename T, int n, typename D, typename At>
-Vector<T, n> predicted_state(const D& d, const Vector<T, n>& x, const At& at) {
+[[gnu::always_inline]] inline Vector<T, n> predicted_state(const D& d, const Vector<T, n>& x, const At& at) {
   using Traits = DynamicsTraits<D>;
   const auto mean = [&d](const auto&... a) -> decltype(Traits::disturbance_mean(d, a...)) {
     return Traits::disturbance_mean(d, a...);
@@ -186,7 +189,8 @@ Vector<T, n> predicted_state(const D& d, const Vector<T, n>& x, const At& at) {
 
 /// m(x), p. T may be a dual number.
 template <typename T, int n, typename S, typename At>
-Vector<T, measurements_of<S>> measurement(const S& s, const Vector<T, n>& x, const At& at) {
+[[gnu::always_inline]] inline Vector<T, measurements_of<S>> measurement(const S& s, const Vector<T, n>& x,
+                                                                        const At& at) {
   static_assert(
       detail::Callable<decltype(detail::measurement_of(s)), Vector<T, n>, At>,
       "jml: the sensor's measurement(x) does not accept this model's state: check its size and scalar");
@@ -195,7 +199,9 @@ Vector<T, measurements_of<S>> measurement(const S& s, const Vector<T, n>& x, con
 
 /// m_x(x), p×n.
 template <typename T, int n, typename S, typename At>
-Matrix<T, measurements_of<S>, n> measurement_jacobian(const S& s, const Vector<T, n>& x, const At& at) {
+[[gnu::always_inline]] inline Matrix<T, measurements_of<S>, n> measurement_jacobian(const S& s,
+                                                                                    const Vector<T, n>& x,
+                                                                                    const At& at) {
   const auto given = detail::sensor_jacobian_of(s);
   if constexpr (detail::Generic<decltype(given), Vector<T, n>, At>) {
     return detail::call(given, x, at);
@@ -210,7 +216,8 @@ Matrix<T, measurements_of<S>, n> measurement_jacobian(const S& s, const Vector<T
 
 /// y - ŷ, p, through the sensor's residual hook where it has one.
 template <typename T, int p, typename S>
-Vector<T, p> measurement_residual(const S& s, const Vector<T, p>& y, const Vector<T, p>& predicted) {
+[[gnu::always_inline]] inline Vector<T, p> measurement_residual(const S& s, const Vector<T, p>& y,
+                                                                const Vector<T, p>& predicted) {
   if constexpr (requires { SensorTraits<S>::residual(s, y, predicted); }) {
     return SensorTraits<S>::residual(s, y, predicted);
   } else {
@@ -236,14 +243,15 @@ Matrix<T, measurements_of<S>, n> measurement_sdc(const S& s, const Vector<T, n>&
     constexpr int p = measurements_of<S>;
     const Vector<T, p> here = measurement(s, x, at), there = measurement(s, reference, at);
     return derive_sdc<p>([&](const Vector<T, n>& z) { return measurement_jacobian(s, z, at); },
-                         measurement_residual(s, here, there), Vector<T, p>(here.cwiseAbs() + there.cwiseAbs()), x, reference);
+                         measurement_residual(s, here, there),
+                         Vector<T, p>(here.cwiseAbs() + there.cwiseAbs()), x, reference);
   }
 }
 
 /// R, p×p.
 template <typename T, int n, typename S, typename At>
-Matrix<T, measurements_of<S>, measurements_of<S>> noise_covariance(const S& s, const Vector<T, n>& x,
-                                                                   const At& at) {
+[[gnu::always_inline]] inline Matrix<T, measurements_of<S>, measurements_of<S>> noise_covariance(
+    const S& s, const Vector<T, n>& x, const At& at) {
   using Traits = SensorTraits<S>;
   const auto given = [&s](const auto&... a) -> decltype(Traits::noise_covariance(s, a...)) {
     return Traits::noise_covariance(s, a...);

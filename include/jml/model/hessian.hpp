@@ -12,7 +12,8 @@ namespace detail {
 /// Column j is (∂J/∂x_j)ᵀ weights, J being the Jacobian; from one directional derivative of J per state, so a
 /// number on the stack never holds more than 2(n+1) scalars.
 template <int rows, typename Scalar, int n, typename Jacobian>
-Matrix<Scalar, n, n> hessian_by_duals(const Jacobian& jacobian, const Vector<Scalar, n>& x, const Vector<Scalar, rows>& weights) {
+Matrix<Scalar, n, n> hessian_by_duals(const Jacobian& jacobian, const Vector<Scalar, n>& x,
+                                      const Vector<Scalar, rows>& weights) {
   using Along = Dual<Scalar, 1>;
   Matrix<Scalar, n, n> out = Matrix<Scalar, n, n>::Zero();
   Vector<Along, n> z = x.template cast<Along>();
@@ -51,7 +52,8 @@ Matrix<Scalar, n, n> hessian_by_differences(const Jacobian& jacobian, const Vect
 
 /// Σ_k weight_k ∇²f_k(x), n×n.
 template <typename Scalar, int n, typename D, typename At>
-Matrix<Scalar, n, n> dynamics_hessian(const D& d, const Vector<Scalar, n>& x, const Vector<Scalar, n>& weights, const At& at) {
+Matrix<Scalar, n, n> dynamics_hessian(const D& d, const Vector<Scalar, n>& x,
+                                      const Vector<Scalar, n>& weights, const At& at) {
   using Along = Dual<Scalar, 1>;
   const auto jacobian = [&](const auto& z) { return dynamics_jacobian(d, z, at); };
   if constexpr (detail::Generic<decltype(detail::jacobian_of(d)), Vector<Along, n>, At> ||
@@ -64,7 +66,8 @@ Matrix<Scalar, n, n> dynamics_hessian(const D& d, const Vector<Scalar, n>& x, co
 
 /// Σ_k weight_k ∇²m_k(x), n×n.
 template <typename Scalar, int n, int p, typename S, typename At>
-Matrix<Scalar, n, n> measurement_hessian(const S& s, const Vector<Scalar, n>& x, const Vector<Scalar, p>& weights, const At& at) {
+Matrix<Scalar, n, n> measurement_hessian(const S& s, const Vector<Scalar, n>& x,
+                                         const Vector<Scalar, p>& weights, const At& at) {
   using Along = Dual<Scalar, 1>;
   const auto jacobian = [&](const auto& z) { return measurement_jacobian(s, z, at); };
   if constexpr (detail::Generic<decltype(detail::sensor_jacobian_of(s)), Vector<Along, n>, At> ||

@@ -42,11 +42,12 @@ inline constexpr std::array<Node, 8> gauss_legendre{{{0.01985507175123188, 0.050
                                                      {0.9801449282487682, 0.05061426814518813}}};
 }  // namespace detail
 
-/// F(x; reference), rows×n. `jacobian(x)` gives rows×n; `change` is f(x) - f(reference), rows, and `size` the size of
-/// the two numbers it is the difference of.
+/// F(x; reference), rows×n. `jacobian(x)` gives rows×n; `change` is f(x) - f(reference), rows, and `size` the
+/// size of the two numbers it is the difference of.
 template <int rows, typename Scalar, int n, typename Jacobian>
 Matrix<Scalar, rows, n> derive_sdc(const Jacobian& jacobian, const Vector<Scalar, rows>& change,
-                                   const Vector<Scalar, rows>& size, const Vector<Scalar, n>& x, const Vector<Scalar, n>& reference) {
+                                   const Vector<Scalar, rows>& size, const Vector<Scalar, n>& x,
+                                   const Vector<Scalar, n>& reference) {
   const Vector<Scalar, n> d = x - reference;
   const Scalar squared = d.squaredNorm();
   if (!(squared > Scalar(0))) return jacobian(x);
@@ -56,7 +57,8 @@ Matrix<Scalar, rows, n> derive_sdc(const Jacobian& jacobian, const Vector<Scalar
     out += Scalar(node.weight) * jacobian(between);
   }
   const Vector<Scalar, rows> remainder = change - out * d;
-  for (int i = 0; i < rows; ++i) {  // below rounding of its terms it would only carry noise, amplified by 1/|d|
+  for (int i = 0; i < rows;
+       ++i) {  // below rounding of its terms it would only carry noise, amplified by 1/|d|
     const Scalar rounding = Scalar(4) * std::numeric_limits<Scalar>::epsilon() *
                             (size(i) + out.row(i).transpose().cwiseAbs().dot(d.cwiseAbs()));
     if (!(std::abs(remainder(i)) <= rounding)) out.row(i) += (remainder(i) / squared) * d.transpose();

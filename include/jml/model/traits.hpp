@@ -24,14 +24,18 @@ namespace detail {
 // 0 where a struct does not have it: the concepts then say what it is not, in words.
 template <typename Model>
 constexpr int count_of_states() {
-  if constexpr (requires { Model::states; }) return Model::states;
-  else return 0;
+  if constexpr (requires { Model::states; })
+    return Model::states;
+  else
+    return 0;
 }
 
 template <typename Model>
 constexpr int count_of_measurements() {
-  if constexpr (requires { Model::measurements; }) return Model::measurements;
-  else return 0;
+  if constexpr (requires { Model::measurements; })
+    return Model::measurements;
+  else
+    return 0;
 }
 
 template <typename Model>
@@ -47,10 +51,12 @@ constexpr int disturbances_of() {
   constexpr int n = count_of_states<Model>();
   using X = Vector<double, n>;
   using At = Instant<double, controls_of<Model>()>;
-  if constexpr (requires { Model::disturbances; }) return Model::disturbances;
-  else if constexpr (requires(const Model& m) { m.disturbance_covariance(); } ||
-                     requires(const Model& m, const X& x) { m.disturbance_covariance(x); } ||
-                     requires(const Model& m, const X& x, const At& at) { m.disturbance_covariance(x, at); }) {
+  if constexpr (requires { Model::disturbances; })
+    return Model::disturbances;
+  else if constexpr (
+      requires(const Model& m) { m.disturbance_covariance(); } ||
+      requires(const Model& m, const X& x) { m.disturbance_covariance(x); } ||
+      requires(const Model& m, const X& x, const At& at) { m.disturbance_covariance(x, at); }) {
     return n;
   } else {
     return 0;
@@ -134,8 +140,8 @@ struct DynamicsTraits {
 /// Sensor y = m(x) + v, cov v = R.
 template <typename Model>
 struct SensorTraits {
-  static constexpr int measurements = detail::count_of_measurements<Model>();    ///< p
-  static constexpr bool linear = detail::is_linear<Model>();  ///< promises m_x constant in x
+  static constexpr int measurements = detail::count_of_measurements<Model>();  ///< p
+  static constexpr bool linear = detail::is_linear<Model>();                   ///< promises m_x constant in x
 
   /// m(x), p.
   template <typename M, typename... A>

@@ -3,9 +3,9 @@
 /// The one difference recursion behind Kalman, EKF, SDDRE and JML (Rusnak 2015, Table 1), in gain form.
 ///
 /// N = A P Bᵀ + G Q Gᵀ; S = R + E N Dᵀ; K = N Dᵀ S⁻¹; P⁺ = N - K E N, which is [N⁻¹ + Dᵀ R⁻¹ E]⁻¹ without
-/// inverting N: P_0 = 0 and a rank-deficient G Q Gᵀ are ordinary, and P⁺ Dᵀ R⁻¹ = K. (The print of (7) has P_i in the
-/// update; it is P_{i+1}.) A symmetric rule factors S = L D Lᵀ and mirrors one triangle, so P stays exactly
-/// symmetric; a nonsymmetric one uses LU with column exchanges.
+/// inverting N: P_0 = 0 and a rank-deficient G Q Gᵀ are ordinary, and P⁺ Dᵀ R⁻¹ = K. (The print of (7) has
+/// P_i in the update; it is P_{i+1}.) A symmetric rule factors S = L D Lᵀ and mirrors one triangle, so P
+/// stays exactly symmetric; a nonsymmetric one uses LU with column exchanges.
 #pragma once
 
 #include <jml/gate.hpp>
@@ -19,7 +19,8 @@ namespace detail {
 
 template <typename Scalar, int controls>
 [[gnu::always_inline]] inline Status check_instant(const Instant<Scalar, controls>& at) {
-  if (!(at.dt >= Scalar(0)) || !std::isfinite(at.dt) || !std::isfinite(at.time)) return Status::invalid_time_step;
+  if (!(at.dt >= Scalar(0)) || !std::isfinite(at.dt) || !std::isfinite(at.time))
+    return Status::invalid_time_step;
   if constexpr (controls > 0) {
     if (!all_finite(at.control)) return Status::invalid_control;
   }
@@ -33,8 +34,8 @@ bool is_covariance(const Matrix<Scalar, q, q>& Q) {
   return all_finite(Q) && is_symmetric(Q) && is_definite<Definite::positive_or_zero>(Q);
 }
 
-/// G Q Gᵀ of discrete dynamics, n×n. Where G and Q are constants it is formed and checked once, here; a filter
-/// keeps this object beside its dynamics. Otherwise it is formed at each step, frozen at the estimate.
+/// G Q Gᵀ of discrete dynamics, n×n. Where G and Q are constants it is formed and checked once, here; a
+/// filter keeps this object beside its dynamics. Otherwise it is formed at each step, frozen at the estimate.
 template <typename Scalar, typename D>
 class ProcessNoise {
   using Traits = DynamicsTraits<D>;
@@ -55,7 +56,8 @@ class ProcessNoise {
 
   /// False where Q is not finite, not symmetric or indefinite, or G is not finite.
   template <typename Function>
-  [[nodiscard]] bool with(const D& d, const X& x, const At& at, const Function& use) const {
+  [[nodiscard, gnu::always_inline]] bool with(const D& d, const X& x, const At& at,
+                                              const Function& use) const {
     if constexpr (constant) {
       if (valid_) use(noise_);
       return valid_;
@@ -108,16 +110,20 @@ template <typename Scalar, int p>
 /// √R_ii, the unit of each component for a pivot test; with p = 1 no unit is needed but R's own, and no root.
 template <typename Scalar, int p>
 Vector<Scalar, p> noise_units(const Matrix<Scalar, p, p>& R) {
-  if constexpr (p == 1) return R;
-  else return R.diagonal().cwiseSqrt();
+  if constexpr (p == 1)
+    return R;
+  else
+    return R.diagonal().cwiseSqrt();
 }
 
 /// K and P⁺ from N: the algebra of one correction, for slots D and E (p×n).
 /// False where S is singular (or, in a symmetric rule, not positive definite).
 template <bool symmetric, typename Scalar, int n, int p>
-[[gnu::always_inline]] inline bool correct_riccati(const Matrix<Scalar, n, n>& N, const Matrix<Scalar, p, n>& slot_d, const Matrix<Scalar, p, n>& slot_e,
-                     const Matrix<Scalar, p, p>& R, Matrix<Scalar, p, p>& S, Matrix<Scalar, n, p>& gain,
-                     Matrix<Scalar, n, n>& P) {
+[[gnu::always_inline]] inline bool correct_riccati(const Matrix<Scalar, n, n>& N,
+                                                   const Matrix<Scalar, p, n>& slot_d,
+                                                   const Matrix<Scalar, p, n>& slot_e,
+                                                   const Matrix<Scalar, p, p>& R, Matrix<Scalar, p, p>& S,
+                                                   Matrix<Scalar, n, p>& gain, Matrix<Scalar, n, n>& P) {
   Matrix<Scalar, n, p> ND;
   kernel::product_transposed(N, slot_d, ND);
   if constexpr (symmetric) {
@@ -153,31 +159,36 @@ template <bool symmetric, typename Scalar, int n>
 template <typename Rule, bool linear>
 consteval bool require_linear_if_kalman() {
   if constexpr (requires { Rule::linear_only; }) {
-    static_assert(linear,
-                  "jml: Kalman is for linear models: say `static constexpr bool linear = true;` in it, or use Ekf");
+    static_assert(
+        linear,
+        "jml: Kalman is for linear models: say `static constexpr bool linear = true;` in it, or use Ekf");
   }
   return true;
 }
 
-/// predict() into the caller's x̄ and N, which are touched on refusal too and not asked to be finite: a NaN goes through
-/// every later line, so the hot path looks for it once, at its end, and only then asks where it came from.
+/// predict() into the caller's x̄ and N, which are touched on refusal too and not asked to be finite: a NaN
+/// goes through every later line, so the hot path looks for it once, at its end, and only then asks where it
+/// came from.
 template <typename Rule, typename D, typename Scalar, int n, typename At>
-[[gnu::always_inline]] inline Status predict_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>& process_noise,
-                                                  const Estimate<Scalar, n>& prior, const At& at, Vector<Scalar, n>& x,
-                                                  Matrix<Scalar, n, n>& N) {
+[[gnu::always_inline]] inline Status predict_into(const Rule& rule, const D& d,
+                                                  const ProcessNoise<Scalar, D>& process_noise,
+                                                  const Estimate<Scalar, n>& prior, const At& at,
+                                                  Vector<Scalar, n>& x, Matrix<Scalar, n, n>& N) {
   if (const Status status = check_instant(at); status != Status::ok) return status;
   kernel::assign(x, predicted_state(d, prior.x, at));
   const Vector<Scalar, n>& point = Rule::evaluated_at == EvaluatedAt::estimate ? prior.x : x;
   const Matrix<Scalar, n, n> A = dynamics_slot<Rule::A>(rule, d, point, prior.x, at);
   Matrix<Scalar, n, n> AP;
   kernel::product(A, prior.P, AP);
-  const bool valid = process_noise.with(d, prior.x, at, [&](const Matrix<Scalar, n, n>& noise) {
-    if constexpr (Rule::symmetric) {
-      kernel::add_symmetric_product<1>(noise, AP, A, N);
-    } else {
-      kernel::add_product_transposed<1>(noise, AP, dynamics_slot<Rule::B>(rule, d, point, prior.x, at), N);
-    }
-  });
+  const bool valid = process_noise.with(
+      d, prior.x, at, [&](const Matrix<Scalar, n, n>& noise) __attribute__((always_inline)) {
+        if constexpr (Rule::symmetric) {
+          kernel::add_symmetric_product<1>(noise, AP, A, N);
+        } else {
+          kernel::add_product_transposed<1>(noise, AP, dynamics_slot<Rule::B>(rule, d, point, prior.x, at),
+                                            N);
+        }
+      });
   return valid ? Status::ok : Status::invalid_disturbance_covariance;
 }
 
@@ -190,25 +201,30 @@ template <typename Scalar, int n>
 
 /// Why a correction failed, in the order in which its inputs came.
 template <typename Scalar, int n, int p>
-[[gnu::noinline]] Status blame(const Vector<Scalar, n>& prediction, const Matrix<Scalar, n, n>& N, const Vector<Scalar, p>& y,
-                               const Matrix<Scalar, p, n>& slot_d, const StepReport<Scalar, n, p>& report, bool regular) {
+[[gnu::noinline]] Status blame(const Vector<Scalar, n>& prediction, const Matrix<Scalar, n, n>& N,
+                               const Vector<Scalar, p>& y, const Matrix<Scalar, p, n>& slot_d,
+                               const StepReport<Scalar, n, p>& report, bool regular) {
   if (!all_finite(y)) return Status::invalid_measurement;
   if (!all_finite(prediction)) return Status::invalid_state;
   if (!all_finite(N)) return Status::invalid_covariance;
-  if (!all_finite(report.innovation) || !all_finite(slot_d) || !all_finite(report.innovation_matrix)) return Status::sensor_not_finite;
+  if (!all_finite(report.innovation) || !all_finite(slot_d) || !all_finite(report.innovation_matrix))
+    return Status::sensor_not_finite;
   return regular ? Status::covariance_lost : Status::singular_innovation;
 }
 
 /// update() of x̄, N into the caller's x and P, which are touched on refusal too. A measurement that the gate
 /// rejects leaves the prediction in them.
 template <typename Rule, typename S, typename Scalar, int n, int p, typename At>
-[[gnu::always_inline]] inline void update_into(const Rule& rule, const S& s, const Vector<Scalar, n>& prediction,
-                                               const Matrix<Scalar, n, n>& N, const Vector<Scalar, p>& y, const At& at,
-                                               const Gate& gate, StepReport<Scalar, n, p>& report, Vector<Scalar, n>& x,
+[[gnu::always_inline]] inline void update_into(const Rule& rule, const S& s,
+                                               const Vector<Scalar, n>& prediction,
+                                               const Matrix<Scalar, n, n>& N, const Vector<Scalar, p>& y,
+                                               const At& at, const Gate& gate,
+                                               StepReport<Scalar, n, p>& report, Vector<Scalar, n>& x,
                                                Matrix<Scalar, n, n>& P) {
   const auto answer = [&report](Status status) { report.status = status; };
   const Matrix<Scalar, p, p> R = noise_covariance(s, prediction, at);
-  if (!is_noise_covariance(R)) return answer(all_finite(prediction) ? Status::invalid_noise_covariance : Status::invalid_state);
+  if (!is_noise_covariance(R))
+    return answer(all_finite(prediction) ? Status::invalid_noise_covariance : Status::invalid_state);
   // Locals, stored into the report when done: a value just stored in pieces is slow to load back as a whole.
   const Vector<Scalar, p> innovation = measurement_residual(s, y, measurement(s, prediction, at));
   const Matrix<Scalar, p, n> slot_d = sensor_slot<Rule::D>(rule, s, prediction, prediction, at);
@@ -226,7 +242,8 @@ template <typename Rule, typename S, typename Scalar, int n, int p, typename At>
   kernel::assign(report.gain, gain);
   if (!gate.off()) {
     if (!gate.valid()) return answer(Status::invalid_option);
-    const bool known = regular && all_finite(report.innovation_matrix) && all_finite(report.innovation) && all_finite(N);
+    const bool known =
+        regular && all_finite(report.innovation_matrix) && all_finite(report.innovation) && all_finite(N);
     if (!known) return answer(blame(prediction, N, y, slot_d, report, regular));
     if (!judge(gate, report)) return answer(Status::innovation_indefinite);
     if (report.gate == Verdict::rejected) {
@@ -236,13 +253,14 @@ template <typename Rule, typename S, typename Scalar, int n, int p, typename At>
     }
   }
   kernel::add_product<1>(prediction, gain, innovation, x);
-  if (!(regular && is_sound<Rule::symmetric>(P) && all_finite(x))) answer(blame(prediction, N, y, slot_d, report, regular));
+  if (!(regular && is_sound<Rule::symmetric>(P) && all_finite(x)))
+    answer(blame(prediction, N, y, slot_d, report, regular));
 }
 
 }  // namespace detail
 
-/// What a prior must be: finite, and P symmetric positive semidefinite; for a nonsymmetric rule, whose later P are
-/// no covariances, the symmetric part of P.
+/// What a prior must be: finite, and P symmetric positive semidefinite; for a nonsymmetric rule, whose later
+/// P are no covariances, the symmetric part of P.
 template <typename Rule, typename Scalar, int n>
 [[nodiscard]] Status check_estimate(const Rule&, const Estimate<Scalar, n>& estimate) {
   if (!all_finite(estimate.x)) return Status::invalid_state;
@@ -253,18 +271,20 @@ template <typename Rule, typename Scalar, int n>
 }
 
 /// Propagates an estimate over a step: x̄ = f(x̂) + G w̄, N = A P Bᵀ + G Q Gᵀ.
-/// Refuses a bad Instant, a prior or a model that is not finite, a varying Q that is no covariance. That P is a
-/// covariance is trusted here: check_estimate asks it once.
+/// Refuses a bad Instant, a prior or a model that is not finite, a varying Q that is no covariance. That P is
+/// a covariance is trusted here: check_estimate asks it once.
 template <OnePassRule Rule, typename D, typename Scalar, int n>
 [[nodiscard]] PredictResult<Scalar, n> predict(const Rule& rule, const D& d,
                                                const detail::ProcessNoise<Scalar, D>& process_noise,
                                                const Estimate<Scalar, n>& prior,
                                                const Instant<Scalar, DynamicsTraits<D>::controls>& at = {}) {
-  static_assert(detail::require_discrete<D>() && detail::require_linear_if_kalman<Rule, DynamicsTraits<D>::linear>());
+  static_assert(detail::require_discrete<D>() &&
+                detail::require_linear_if_kalman<Rule, DynamicsTraits<D>::linear>());
   static_assert(states_of<D> == n, "jml: the estimate has not as many states as the dynamics");
   PredictResult<Scalar, n> out;
   out.status = detail::predict_into(rule, d, process_noise, prior, at, out.estimate.x, out.estimate.P);
-  if (out.status == Status::ok && !(all_finite(out.estimate.x) && all_finite(out.estimate.P) && all_finite(prior.x))) {
+  if (out.status == Status::ok &&
+      !(all_finite(out.estimate.x) && all_finite(out.estimate.P) && all_finite(prior.x))) {
     out.status = detail::blame(prior);
   }
   if (out.status != Status::ok) out.estimate = prior;
@@ -280,10 +300,13 @@ template <OnePassRule Rule, typename D, typename Scalar, int n>
 /// Corrects an estimate with a measurement of the same instant: x⁺ = x̄ + K (y - m(x̄)), P⁺ = N - K E N.
 /// `at`: the time of the sample. Refuses y, R, gate or a sensor model that is not sound, and a singular S.
 template <OnePassRule Rule, typename S, typename Scalar, int n, int controls = 0>
-[[nodiscard]] StepResult<Scalar, n, measurements_of<S>> update(const Rule& rule, const S& s, const Estimate<Scalar, n>& prior,
+[[nodiscard]] StepResult<Scalar, n, measurements_of<S>> update(const Rule& rule, const S& s,
+                                                               const Estimate<Scalar, n>& prior,
                                                                const Vector<Scalar, measurements_of<S>>& y,
-                                                               const Instant<Scalar, controls>& at = {}, const Gate& gate = {}) {
-  static_assert(detail::require_sensor<S>() && detail::require_linear_if_kalman<Rule, SensorTraits<S>::linear>());
+                                                               const Instant<Scalar, controls>& at = {},
+                                                               const Gate& gate = {}) {
+  static_assert(detail::require_sensor<S>() &&
+                detail::require_linear_if_kalman<Rule, SensorTraits<S>::linear>());
   StepResult<Scalar, n, measurements_of<S>> out;
   detail::update_into(rule, s, prior.x, prior.P, y, at, gate, out.report, out.estimate.x, out.estimate.P);
   if (usable(out.report.status) && !all_finite(prior.x)) out.report.status = Status::invalid_state;
@@ -293,9 +316,11 @@ template <OnePassRule Rule, typename S, typename Scalar, int n, int controls = 0
 
 /// step() with the process noise kept by the caller; x and P are touched on refusal too.
 template <OnePassRule Rule, typename D, typename S, typename Scalar, int n, int p, typename At>
-[[gnu::always_inline]] inline void step_into(const Rule& rule, const D& d, const detail::ProcessNoise<Scalar, D>& process_noise, const S& s,
-               const Estimate<Scalar, n>& prior, const Vector<Scalar, p>& y, const At& at, const Gate& gate,
-               StepReport<Scalar, n, p>& report, Vector<Scalar, n>& x, Matrix<Scalar, n, n>& P) {
+[[gnu::always_inline]] inline void step_into(const Rule& rule, const D& d,
+                                             const detail::ProcessNoise<Scalar, D>& process_noise, const S& s,
+                                             const Estimate<Scalar, n>& prior, const Vector<Scalar, p>& y,
+                                             const At& at, const Gate& gate, StepReport<Scalar, n, p>& report,
+                                             Vector<Scalar, n>& x, Matrix<Scalar, n, n>& P) {
   static_assert(detail::require_discrete<D>() && detail::require_sensor<S>());
   static_assert(detail::require_linear_if_kalman<Rule, DynamicsTraits<D>::linear>() &&
                 detail::require_linear_if_kalman<Rule, SensorTraits<S>::linear>());
@@ -305,19 +330,21 @@ template <OnePassRule Rule, typename D, typename S, typename Scalar, int n, int 
   report.status = detail::predict_into(rule, d, process_noise, prior, at, prediction, N);
   if (report.status != Status::ok) return;
   detail::update_into(rule, s, prediction, N, y, detail::at_sample(at), gate, report, x, P);
-  if (report.status == Status::invalid_covariance || report.status == Status::invalid_state) report.status = detail::blame(prior);
+  if (report.status == Status::invalid_covariance || report.status == Status::invalid_state)
+    report.status = detail::blame(prior);
 }
 
 /// One whole step, eq. (14), (16) or (17): predict over at.dt, then correct with y of its end.
 template <OnePassRule Rule, typename D, typename S, typename Scalar, int n>
-[[nodiscard]] StepResult<Scalar, n, measurements_of<S>> step(const Rule& rule, const D& d, const S& s,
-                                                             const Estimate<Scalar, n>& prior,
-                                                             const Vector<Scalar, measurements_of<S>>& y,
-                                                             const Instant<Scalar, DynamicsTraits<D>::controls>& at = {},
-                                                             const Gate& gate = {}) {
+[[nodiscard]] StepResult<Scalar, n, measurements_of<S>> step(
+    const Rule& rule, const D& d, const S& s, const Estimate<Scalar, n>& prior,
+    const Vector<Scalar, measurements_of<S>>& y, const Instant<Scalar, DynamicsTraits<D>::controls>& at = {},
+    const Gate& gate = {}) {
   StepResult<Scalar, n, measurements_of<S>> out;
-  step_into(rule, d, detail::ProcessNoise<Scalar, D>(d), s, prior, y, at, gate, out.report, out.estimate.x, out.estimate.P);
-  if (usable(out.report.status) && !all_finite(prior.x)) out.report.status = Status::invalid_state;  // f may not have looked at it
+  step_into(rule, d, detail::ProcessNoise<Scalar, D>(d), s, prior, y, at, gate, out.report, out.estimate.x,
+            out.estimate.P);
+  if (usable(out.report.status) && !all_finite(prior.x))
+    out.report.status = Status::invalid_state;  // f may not have looked at it
   if (!usable(out.report.status)) out.estimate = prior;
   return out;
 }

@@ -22,7 +22,8 @@ enum class Slot { jacobian, sdc };
 enum class EvaluatedAt { estimate, prediction };
 
 /// A row of the table, the reference point of its SDC matrices, and the point of A and B.
-template <Slot a, Slot b, Slot d, Slot e, typename Reference_ = AboutOrigin, EvaluatedAt point = EvaluatedAt::estimate>
+template <Slot a, Slot b, Slot d, Slot e, typename Reference_ = AboutOrigin,
+          EvaluatedAt point = EvaluatedAt::estimate>
 struct GainRule {
   using Reference = Reference_;
   static constexpr Slot A = a, B = b, D = d, E = e;
@@ -37,9 +38,12 @@ struct GainRule {
   /// The reference point r of F(x; r), given the estimate it would follow.
   template <typename Scalar, int n>
   constexpr Vector<Scalar, n> reference_point(const Vector<Scalar, n>& estimate) const {
-    if constexpr (about_origin) return Vector<Scalar, n>::Zero();
-    else if constexpr (about_estimate) return estimate;
-    else return reference.point.template cast<Scalar>();
+    if constexpr (about_origin)
+      return Vector<Scalar, n>::Zero();
+    else if constexpr (about_estimate)
+      return estimate;
+    else
+      return reference.point.template cast<Scalar>();
   }
 };
 
@@ -75,8 +79,10 @@ concept OnePassRule = requires {
 
 /// F(x; r) or f_x(x), as the slot says.
 template <Slot slot, typename Rule, typename Scalar, int n, typename D, typename At>
-Matrix<Scalar, n, n> dynamics_slot(const Rule& rule, const D& d, const Vector<Scalar, n>& x,
-                                   const Vector<Scalar, n>& estimate, const At& at) {
+[[gnu::always_inline]] inline Matrix<Scalar, n, n> dynamics_slot(const Rule& rule, const D& d,
+                                                                 const Vector<Scalar, n>& x,
+                                                                 const Vector<Scalar, n>& estimate,
+                                                                 const At& at) {
   if constexpr (slot == Slot::jacobian) {
     return dynamics_jacobian(d, x, at);
   } else {
@@ -86,8 +92,9 @@ Matrix<Scalar, n, n> dynamics_slot(const Rule& rule, const D& d, const Vector<Sc
 
 /// M(x; r) or m_x(x), as the slot says.
 template <Slot slot, typename Rule, typename Scalar, int n, typename S, typename At>
-Matrix<Scalar, measurements_of<S>, n> sensor_slot(const Rule& rule, const S& s, const Vector<Scalar, n>& x,
-                                                  const Vector<Scalar, n>& prediction, const At& at) {
+[[gnu::always_inline]] inline Matrix<Scalar, measurements_of<S>, n> sensor_slot(
+    const Rule& rule, const S& s, const Vector<Scalar, n>& x, const Vector<Scalar, n>& prediction,
+    const At& at) {
   if constexpr (slot == Slot::jacobian) {
     return measurement_jacobian(s, x, at);
   } else {

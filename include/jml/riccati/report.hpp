@@ -37,7 +37,8 @@ struct StepReport {
   /// definite, which a nonsymmetric rule may give.
   [[nodiscard]] Scalar nis() const {
     kernel::SymmetricFactor<Scalar, p> factor;
-    const Matrix<Scalar, p, p> symmetric_part = (innovation_matrix + innovation_matrix.transpose()) / Scalar(2);
+    const Matrix<Scalar, p, p> symmetric_part =
+        (innovation_matrix + innovation_matrix.transpose()) / Scalar(2);
     if (!factor.factor(symmetric_part)) return std::numeric_limits<Scalar>::quiet_NaN();
     return factor.squared_norm(innovation);
   }

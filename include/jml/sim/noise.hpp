@@ -10,9 +10,9 @@
 
 namespace jml {
 
-/// Standard uniform and normal numbers from std::mt19937_64, whose output the C++ standard fixes; the standard's
-/// distributions are not fixed, so these are Box and Muller's. Draw one number a statement: the order in which
-/// function arguments are evaluated is not fixed either.
+/// Standard uniform and normal numbers from std::mt19937_64, whose output the C++ standard fixes; the
+/// standard's distributions are not fixed, so these are Box and Muller's. Draw one number a statement: the
+/// order in which function arguments are evaluated is not fixed either.
 class Noise {
  public:
   explicit Noise(std::uint64_t seed) : engine_(seed) {}

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Anderson acceleration of a fixed-point map z = g(z), depth 2 (Walker and Ni 2011, SIAM J. Numer. Anal. 49).
+/// Anderson acceleration of a fixed-point map z = g(z), depth 2 (Walker and Ni 2011, SIAM J. Numer. Anal.
+/// 49).
 #pragma once
 
 #include <jml/linear_algebra.hpp>
@@ -9,7 +10,8 @@
 namespace jml {
 
 /// Holds the last two differences of g and of f = g(z) - z, and proposes the next point
-/// g - ΔG γ with γ = argmin |f - ΔF γ| in the norm Σ weight_i f_i². Plain g where the differences say nothing.
+/// g - ΔG γ with γ = argmin |f - ΔF γ| in the norm Σ weight_i f_i². Plain g where the differences say
+/// nothing.
 template <typename Scalar, int size>
 class Anderson {
  public:
@@ -41,7 +43,8 @@ class Anderson {
       const Scalar determinant = a11 * a22 - a12 * a12;
       if (determinant > flat * a11 * a22) {
         const Scalar scale = Scalar(1) / determinant;
-        return g - change_g_[newest] * ((b1 * a22 - b2 * a12) * scale) - change_g_[other] * ((b2 * a11 - b1 * a12) * scale);
+        return g - change_g_[newest] * ((b1 * a22 - b2 * a12) * scale) -
+               change_g_[other] * ((b2 * a11 - b1 * a12) * scale);
       }
     }
     return g - change_g_[newest] * (b1 / a11);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The net of an iterated rule, solved by Ceres (component jml::ceres). Not heap-free: not for the control loop.
+/// The net of an iterated rule, solved by Ceres (component jml::ceres). Not heap-free: not for the control
+/// loop.
 ///
 ///     jml::Filter filter{jml::IteratedJml<jml::AboutOrigin, jml::Ceres>{}, dynamics, estimate};
 #pragma once
@@ -65,7 +66,8 @@ struct Ceres {
       if (!problem_.evaluate(u, r, wanted ? &J : nullptr)) return false;
       Eigen::Map<Vector<double, Problem::residuals>>(out, r.size()) = r;
       if (wanted) {
-        Eigen::Map<Eigen::Matrix<double, Problem::residuals, size, Eigen::RowMajor>>(jacobians[0], r.size(), size) = J;
+        Eigen::Map<Eigen::Matrix<double, Problem::residuals, size, Eigen::RowMajor>>(jacobians[0], r.size(),
+                                                                                     size) = J;
       }
       return true;
     }

@@ -11,7 +11,8 @@
 namespace jml {
 
 /// Minimises ½|r(u)|². `problem.evaluate(u, r, J)` returns false where r is undefined (J may be null);
-/// Problem::parameters and Problem::residuals are its sizes. Damping after Nielsen (1999): the gain ratio decides.
+/// Problem::parameters and Problem::residuals are its sizes. Damping after Nielsen (1999): the gain ratio
+/// decides.
 struct LevenbergMarquardt {
   static constexpr Solver solver = Solver::levenberg_marquardt;
   int max_iterations = 100;
@@ -31,7 +32,8 @@ struct LevenbergMarquardt {
       Matrix<Scalar, size, size> normal;
       kernel::product(JT, r, gradient);
       kernel::product(JT, J, normal);
-      const Scalar floor = std::numeric_limits<Scalar>::epsilon() * (Scalar(1) + std::sqrt(cost)) * std::sqrt(normal.trace());
+      const Scalar floor =
+          std::numeric_limits<Scalar>::epsilon() * (Scalar(1) + std::sqrt(cost)) * std::sqrt(normal.trace());
       if (gradient.norm() <= floor) {
         report.converged = true;
         break;
@@ -42,7 +44,8 @@ struct LevenbergMarquardt {
       const Vector<Scalar, size> step = -factor.solve(gradient);
       Vector<Scalar, rows> trial;
       const Vector<Scalar, size> there = u + step;
-      const bool defined = all_finite(step) && problem.evaluate(there, trial, static_cast<Matrix<Scalar, rows, size>*>(nullptr));
+      const bool defined = all_finite(step) &&
+                           problem.evaluate(there, trial, static_cast<Matrix<Scalar, rows, size>*>(nullptr));
       const Scalar predicted = step.dot(damping * diagonal.cwiseProduct(step) - gradient);
       const Scalar ratio = defined ? (cost - trial.squaredNorm()) / predicted : Scalar(-1);
       if (ratio > Scalar(0)) {

@@ -15,11 +15,12 @@ struct SolverReport {
 
 /// Newton steps, halved until the largest scaled residual falls.
 ///
-/// `system.residual(z, r)` and `system.jacobian(z, J)` return false where they are undefined; `system.scaled(r, z)`
-/// is the largest component of r over its scale. Ends at `tolerance`, at a step that no longer helps, or after
-/// `max_iterations`; z is then the best point found.
+/// `system.residual(z, r)` and `system.jacobian(z, J)` return false where they are undefined;
+/// `system.scaled(r, z)` is the largest component of r over its scale. Ends at `tolerance`, at a step that no
+/// longer helps, or after `max_iterations`; z is then the best point found.
 template <typename System, typename Scalar, int size>
-[[gnu::noinline]] SolverReport damped_newton(const System& system, Vector<Scalar, size>& z, Scalar tolerance, int max_iterations) {
+[[gnu::noinline]] SolverReport damped_newton(const System& system, Vector<Scalar, size>& z, Scalar tolerance,
+                                             int max_iterations) {
   SolverReport report;
   Vector<Scalar, size> r;
   if (!system.residual(z, r)) return report;
