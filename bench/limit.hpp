@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What a filter step costs when somebody writes it by hand for one size: plain loops, nothing checked, nothing
-/// reported. The yardstick of the step benchmarks; the model's functions are the same ones.
+/// What a filter step costs when somebody writes it by hand for one size: plain loops, nothing checked,
+/// nothing reported. The yardstick of the step benchmarks; the model's functions are the same ones.
 #pragma once
 
 #include <cmath>
@@ -33,7 +33,8 @@ inline void propagate_symmetric(const Square<n>& A, const Square<n>& P, const Sq
 
 /// N = A P Bᵀ + Q.
 template <int n>
-inline void propagate(const Square<n>& A, const Square<n>& B, const Square<n>& P, const Square<n>& Q, Square<n>& N) {
+inline void propagate(const Square<n>& A, const Square<n>& B, const Square<n>& P, const Square<n>& Q,
+                      Square<n>& N) {
   Square<n> AP, BT;
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < n; ++j) BT[i][j] = B[j][i];
@@ -54,8 +55,8 @@ inline void propagate(const Square<n>& A, const Square<n>& B, const Square<n>& P
 
 /// x += K r, P = N - K (H N) with S = H N Hᵀ + R, by Cholesky; lower triangle, mirrored.
 template <int n, int p>
-inline void correct_symmetric(const double (&H)[p][n], const Square<p>& R, const double (&r)[p], const Square<n>& N,
-                              double (&x)[n], Square<n>& P) {
+inline void correct_symmetric(const double (&H)[p][n], const Square<p>& R, const double (&r)[p],
+                              const Square<n>& N, double (&x)[n], Square<n>& P) {
   double HN[p][n], S[p][p], inverse[p];
   for (int i = 0; i < p; ++i) {
     for (int j = 0; j < n; ++j) HN[i][j] = 0;
@@ -112,8 +113,8 @@ inline void correct_symmetric(const double (&H)[p][n], const Square<p>& R, const
 
 /// x += K r, P = N - K M N with S = M N mᵀ + R, K = N mᵀ S⁻¹, by LU with row exchanges.
 template <int n, int p>
-inline void correct(const double (&m)[p][n], const double (&M)[p][n], const Square<p>& R, const double (&r)[p],
-                    const Square<n>& N, double (&x)[n], Square<n>& P) {
+inline void correct(const double (&m)[p][n], const double (&M)[p][n], const Square<p>& R,
+                    const double (&r)[p], const Square<n>& N, double (&x)[n], Square<n>& P) {
   double MN[p][n], NT[p][n], S[p][p];  // NT = (N mᵀ)ᵀ
   for (int i = 0; i < p; ++i) {
     for (int j = 0; j < n; ++j) MN[i][j] = 0;
@@ -191,8 +192,8 @@ struct State {
 
 /// One EKF step by hand; `noise` is G Q Gᵀ, formed once.
 template <int n, int p, typename D, typename S>
-inline void ekf_step(const D& d, const S& s, const Square<n>& noise, const Square<p>& R, const jml::Vector<double, p>& y,
-                     State<n>& state) {
+inline void ekf_step(const D& d, const S& s, const Square<n>& noise, const Square<p>& R,
+                     const jml::Vector<double, p>& y, State<n>& state) {
   const jml::Vector<double, n> prior = Eigen::Map<const jml::Vector<double, n>>(state.x);
   double A[n][n], H[p][n], r[p];
   Square<n> N;
@@ -208,8 +209,8 @@ inline void ekf_step(const D& d, const S& s, const Square<n>& noise, const Squar
 
 /// One step of the non-iterative JML filter, eq. (14), by hand.
 template <int n, int p, typename D, typename S>
-inline void jml_step(const D& d, const S& s, const Square<n>& noise, const Square<p>& R, const jml::Vector<double, p>& y,
-                     State<n>& state) {
+inline void jml_step(const D& d, const S& s, const Square<n>& noise, const Square<p>& R,
+                     const jml::Vector<double, p>& y, State<n>& state) {
   const jml::Vector<double, n> prior = Eigen::Map<const jml::Vector<double, n>>(state.x);
   double A[n][n], B[n][n], m[p][n], M[p][n], r[p];
   Square<n> N;

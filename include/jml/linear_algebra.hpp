@@ -76,7 +76,7 @@ template <typename Scalar, int rows, int cols, int options>
 
 /// True if a(i,j) and a(j,i) agree to rounding, relative to the diagonal's scale of that entry.
 template <typename Scalar, int n>
-[[nodiscard]] bool is_symmetric(const Matrix<Scalar, n, n>& a) {
+[[nodiscard, gnu::always_inline]] inline bool is_symmetric(const Matrix<Scalar, n, n>& a) {
   constexpr Scalar slack = Scalar(64) * std::numeric_limits<Scalar>::epsilon();
   for (int j = 0; j < n; ++j) {
     for (int i = j + 1; i < n; ++i) {

@@ -58,8 +58,8 @@ double residual(const Task& t, const jml::Vector<double, 2>& x_s, const jml::Vec
   const jml::Vector<double, 2> start = t.dynamics.dynamics(t.prior.x);
   double worst = 0;
   for (int i = 0; i < 2; ++i) {
-    const double scale = std::abs(t.prior.x(i)) + std::abs(start(i)) + std::sqrt(std::abs(t.prior.P(i, i))) + std::sqrt(C(i));
-    worst = std::max({worst, std::abs(first(i)) / std::max(scale, std::abs(x_s(i))), std::abs(second(i)) / std::max(scale, std::abs(x_1(i)))});
+    const double scale = std::abs(t.prior.x(i)) + std::abs(start(i)) + std::sqrt(std::abs(t.prior.P(i, i)) + C(i));
+    worst = std::max({worst, std::abs(first(i)) / scale, std::abs(second(i)) / scale});
   }
   return worst;
 }

@@ -125,9 +125,9 @@ Verdict judge(const Task<D, S>& t, const jml::Vector<double, Task<D, S>::n>& smo
   const X start = t.dynamics.dynamics(prior);
   Verdict out;
   for (int i = 0; i < n; ++i) {
-    const long double scale = std::abs(prior(i)) + std::abs(start(i)) + std::sqrt(std::abs(P(i, i))) + std::sqrt(C(i, i));
-    out.residual = std::max(out.residual, static_cast<double>(std::abs(first(i)) / std::max(scale, std::abs(x_s(i)))));
-    out.residual = std::max(out.residual, static_cast<double>(std::abs(second(i)) / std::max(scale, std::abs(x_1(i)))));
+    const long double scale = std::abs(prior(i)) + std::abs(start(i)) + std::sqrt(std::abs(P(i, i)) + C(i, i));
+    out.residual = std::max(out.residual, static_cast<double>(std::abs(first(i)) / scale));
+    out.residual = std::max(out.residual, static_cast<double>(std::abs(second(i)) / scale));
   }
   const X back = x_s - prior;
   // w = Q Gᵀ e at a root, so wᵀ Q⁻¹ w = eᵀ C e.

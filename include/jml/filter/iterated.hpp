@@ -84,129 +84,142 @@ inline bool valid(const IterationOptions& o) {
 /// A root, or the last sweep taken for one, and the models there.
 template <typename Step>
 struct Root {
+  using Scalar = typename Step::X::Scalar;
   typename Step::Z z;   // the answer
   typename Step::Z at;  // where the slots are evaluated: z, or the start of the last sweep
   typename Step::Visit visit;
   Status status = Status::not_converged;
+  Solver solver = Solver::none;
+  int iterations = 0;
+  Scalar residual = 0, cost = 0;
 };
 
-/// Iterates from z until the residual is below the tolerance.
-template <typename Rule, typename Step, typename Report, typename Scalar>
-void iterate(const Rule& rule, const Step& step, const typename Step::X& prediction, Scalar tolerance,
-             Report& report, Root<Step>& root) {
+/// The models at root.z, on the rare way back.
+template <typename Step>
+[[gnu::noinline]] Root<Step> revisit(const Step& step, Root<Step> root) {
+  (void)step.visit(root.z, root.visit);
+  return root;
+}
+
+/// Iterates from `start` until the residual is below the tolerance. Everything goes by value, to live in
+/// registers.
+template <typename Rule, typename Step, typename Scalar>
+[[gnu::always_inline]] inline Root<Step> iterate(const Rule& rule, const Step& step,
+                                                 const typename Step::X& prediction, Scalar tolerance,
+                                                 const Root<Step>& start) {
   using Z = typename Step::Z;
-  constexpr int n = static_cast<int>(Step::X::RowsAtCompileTime);
   const IterationOptions& options = rule.options;
   const bool picard = options.method == Iteration::picard;
-  Z weights;
-  weights << step.scale.cwiseAbs2().cwiseInverse(), step.scale.cwiseAbs2().cwiseInverse();
-  Anderson<Scalar, 2 * n> anderson(weights);
-  Z& z = root.z;
-  Z plain = z;  // the last unaccelerated point
-  bool accelerated = false;
-  Matrix<Scalar, Step::p, Step::p> S;
-  for (int i = 0;; ++i) {
-    if (!step.visit(z, root.visit)) {
-      if (!accelerated) return;
-      accelerated = false;
-      anderson.restart();
-      z = plain;
-      if (!step.visit(z, root.visit)) return;
+  Anderson<Scalar, Z::RowsAtCompileTime> anderson;
+  Z weights, plain;
+  Step::join(step.inverse_scale, step.inverse_scale, weights);
+  Root<Step> root = start;
+  root.solver = picard ? Solver::picard : Solver::anderson;
+  root.residual = step.scaled(root.visit.residual);
+  bool settled = false;
+  while (true) {
+    if ((root.residual <= tolerance || settled) && !options.accept_at_limit) {
+      root.status = step.verdict(root.z, root.visit, root.residual, tolerance);
+      if (root.status == Status::ok || (settled && usable(root.status))) break;
     }
-    root.at = z;
-    report.residual = step.scaled(root.visit.residual, z);
-    if (report.residual <= tolerance && !options.accept_at_limit &&
-        step.verdict(z, root.visit, report.residual, tolerance) == Status::ok) {
-      root.status = Status::ok;
-      return;
-    }
-    if (i == options.max_iterations) return;
-    Z next;
+    root.status = Status::not_converged;
+    if (root.iterations == options.max_iterations) break;
     bool regular;
     if (picard) {
-      const typename Step::X x_s = z.template head<n>(), x_1 = z.template tail<n>();
+      const typename Step::X x_s = Step::smoothed(root.z), x_1 = Step::next(root.z);
       regular = step.template sweep<true>(
-          z, root.visit,
+          root.z, root.visit,
           dynamics_slot<Rule::Inner::A>(rule.inner, step.dynamics_model, x_s, step.prior.x, step.at),
-          sensor_slot<Rule::Inner::E>(rule.inner, step.sensor, x_1, prediction, step.at_y), next, S);
+          sensor_slot<Rule::Inner::E>(rule.inner, step.sensor, x_1, prediction, step.at_y), plain);
     } else {
-      regular = step.template sweep<false>(z, root.visit, root.visit.f_x, root.visit.m_x, next, S);
+      regular = step.template sweep<false>(root.z, root.visit, root.visit.f_x, root.visit.m_x, plain);
     }
-    if (!regular) return;
-    ++report.iterations;
-    if (options.accept_at_limit && i + 1 == options.max_iterations) {
-      z = next;
-      root.status = Status::accepted_at_limit;
-      return;
+    if (!regular) break;
+    ++root.iterations;
+    if (options.accept_at_limit && root.iterations == options.max_iterations) {
+      if (all_finite(plain)) root.status = Status::accepted_at_limit;
+      break;
     }
-    if (step.scaled(next - z, z) <= tolerance) {  // settled: no sweep will move it any more
-      root.status = step.verdict(z, root.visit, report.residual, tolerance);
-      if (usable(root.status)) return;
+    settled = step.moved(plain, root.z) <= tolerance;  // no sweep will move it any more
+    if (picard)
+      kernel::assign(root.z, plain);
+    else
+      kernel::assign(root.z, anderson.propose(root.z, plain, weights));
+    if (!step.visit(root.z, root.visit)) {  // undefined there: once more from the unaccelerated point
+      kernel::assign(root.z, plain);
+      root = revisit(step, root);
+      anderson.restart();
+      if (!all_finite(root.visit.residual)) break;
     }
-    plain = next;
-    z = picard ? next : anderson.propose(z, next);
-    accelerated = !picard;
-    if (!all_finite(z)) {
-      if (!all_finite(plain)) return;
-      z = plain;
-    }
+    root.residual = step.scaled(root.visit.residual);
   }
+  kernel::assign(root.at, root.z);
+  if (root.status == Status::accepted_at_limit) kernel::assign(root.z, plain);
+  return root;
 }
 
-/// Newton on the two lines from z; judges what it reached.
-template <typename Step, typename Report, typename Scalar>
-[[gnu::noinline]] void polish(const Step& step, Scalar tolerance, int max_newton, Report& report,
-                              Root<Step>& root) {
+/// Newton on the two lines from root.z; judges what it reached.
+template <typename Step, typename Scalar>
+[[gnu::noinline]] Root<Step> polish(const Step& step, Scalar tolerance, int max_newton, Root<Step> root) {
   root.status = Status::not_converged;
   const SolverReport newton = damped_newton(step, root.z, tolerance, max_newton);
-  report.iterations += newton.iterations;
+  root.iterations += newton.iterations;
   root.at = root.z;
-  if (!step.visit(root.z, root.visit)) return;
-  report.residual = step.scaled(root.visit.residual, root.z);
-  root.status = step.verdict(root.z, root.visit, report.residual, tolerance);
+  if (!step.visit(root.z, root.visit)) return root;
+  root.residual = step.scaled(root.visit.residual);
+  root.status = step.verdict(root.z, root.visit, root.residual, tolerance);
+  return root;
 }
 
-/// The root of one step: first attempt, then the net. `symmetric_prior`: the cost (11) must not have grown.
-template <typename Rule, typename Step, typename Report>
-void solve_joint_step(const Rule& rule, const Step& step, const typename Step::X& prediction,
-                      bool symmetric_prior, Report& report, Root<Step>& root) {
-  using Scalar = typename Step::X::Scalar;
-  using Z = typename Step::Z;
+/// The net: the whitened problem (11) from a = b = 0, then Newton with the true P.
+template <typename Rule, typename Step, typename Scalar>
+[[gnu::noinline]] Root<Step> fall_into_net(const Rule& rule, const Step& step,
+                                           const typename Step::X& prediction, Scalar tolerance,
+                                           Root<Step> root) {
   constexpr int n = static_cast<int>(Step::X::RowsAtCompileTime);
-  const IterationOptions& options = rule.options;
-  const Scalar tolerance = options.tolerance > 0 ? Scalar(options.tolerance) : default_tolerance<Scalar>();
-  const Scalar start_cost = step.cost_at_start(prediction);
-  Z start;
-  start << step.prior.x, prediction;
-  const auto judged = [&] {
-    if (!usable(root.status)) return false;
-    report.cost = step.cost_at_root(root.visit);
-    if (!symmetric_prior || root.status == Status::accepted_at_limit) return true;
-    const Scalar slack = Scalar(1e3) * std::numeric_limits<Scalar>::epsilon();
-    return !(report.cost > start_cost * (Scalar(1) + slack) + slack);
-  };
-
-  root.z = start;
-  if (options.method == Iteration::newton) {
-    report.solver = Solver::newton;
-    polish(step, tolerance, options.max_iterations, report, root);
-  } else if (options.method != Iteration::none) {
-    report.solver = options.method == Iteration::picard ? Solver::picard : Solver::anderson;
-    iterate(rule, step, prediction, tolerance, report, root);
-  }
-  if (judged()) return;
-  root.status = Status::not_converged;
-  if (!options.use_net || options.accept_at_limit) return;
-
-  report.solver = Rule::Net::solver;
   const WhitenedStep<Step, Scalar, n> whitened(step);
   Vector<Scalar, 2 * n> u = Vector<Scalar, 2 * n>::Zero();
   const SolverReport least_squares = rule.net.minimize(whitened, u);
-  report.iterations += least_squares.iterations;
+  root.solver = Rule::Net::solver;
+  root.iterations += least_squares.iterations;
   root.z = whitened.point(u);
-  if (!all_finite(root.z)) root.z = start;
-  polish(step, tolerance, options.max_newton, report, root);
-  if (!judged()) root.status = Status::not_converged;
+  if (!all_finite(root.z)) Step::join(step.prior.x, prediction, root.z);
+  return polish(step, tolerance, rule.options.max_newton, root);
+}
+
+/// The root of one step from `start`, (x̂, f(x̂)) already visited: first attempt, then the net.
+/// `symmetric_prior`: the cost (11) must not be larger than at the start.
+template <typename Rule, typename Step>
+[[gnu::noinline]] Root<Step> solve_joint_step(const Rule& rule, const Step& step,
+                                              const typename Step::X& prediction, bool symmetric_prior,
+                                              const Root<Step>& start) {
+  using Scalar = typename Step::X::Scalar;
+  const IterationOptions& options = rule.options;
+  const Scalar tolerance = options.tolerance > 0 ? Scalar(options.tolerance) : default_tolerance<Scalar>();
+  const Scalar start_cost = start.visit.misfit.dot(start.visit.nu) / Scalar(2);  // (11) at x_s = x̂, w = 0
+  const auto judge_cost = [&](Root<Step>& root) __attribute__((always_inline)) {
+    root.cost = std::numeric_limits<Scalar>::quiet_NaN();
+    if (!usable(root.status) || root.status == Status::accepted_at_limit)
+      return;  // no root, no one-step cost
+    root.cost = step.cost_at_root(root.visit);
+    const Scalar slack = Scalar(1e3) * std::numeric_limits<Scalar>::epsilon();
+    if (symmetric_prior && root.cost > start_cost * (Scalar(1) + slack) + slack)
+      root.status = Status::not_converged;
+  };
+
+  Root<Step> root = start;
+  if (options.method == Iteration::newton) {
+    root = polish(step, tolerance, options.max_iterations, start);
+    root.solver = Solver::newton;
+  } else if (options.method != Iteration::none) {
+    root = iterate(rule, step, prediction, tolerance, start);
+  }
+  judge_cost(root);
+  if (!usable(root.status) && options.use_net && !options.accept_at_limit) {
+    root = fall_into_net(rule, step, prediction, tolerance, root);
+    judge_cost(root);
+  }
+  return root;
 }
 
 /// The implicit step of `d` and `s` from `prior` into `report`, `x` and `P`, which are touched on refusal
@@ -230,24 +243,24 @@ void joint_step_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>
 
   const bool noise_valid = process_noise.with(d, prior.x, at, [&](const Matrix<Scalar, n, n>& noise) {
     using Step = JointStep<D, S, Scalar, n, At, SensorAt>;
-    Step step{d, s, prior, noise, y, at, at_y, R, {}, Vector<Scalar, n>::Zero(), {}};
+    Step step{d, s, prior, noise, y, at, at_y, R, {}, Vector<Scalar, n>::Zero(), {}, {}};
     if (!step.R_factor.factor(R)) return answer(Status::invalid_noise_covariance);
     if constexpr (has_disturbance_mean<D, Vector<Scalar, n>, At>())
       step.push = prediction - dynamics(d, prior.x, at);
     step.set_scale(prediction);
-    Root<Step> root;
+    Root<Step> start;
 
     // The prediction's innovation, its matrix, and the gate on it.
-    root.z << prior.x, prediction;
-    if (!step.visit(root.z, root.visit)) {
+    Step::join(prior.x, prediction, start.z);
+    if (!step.visit(start.z, start.visit)) {
       if (!all_finite(prior.P)) return answer(Status::invalid_covariance);
-      return answer(all_finite(root.visit.f_x) ? Status::sensor_not_finite : Status::dynamics_not_finite);
+      return answer(all_finite(start.visit.f_x) ? Status::sensor_not_finite : Status::dynamics_not_finite);
     }
-    report.innovation = root.visit.misfit;
+    kernel::assign(report.innovation, start.visit.misfit);
     {
       Matrix<Scalar, n, p> Nm;
-      kernel::add_product<1>(root.visit.Cm, root.visit.f_x, root.visit.Pfm, Nm);
-      kernel::add_product<1>(R, root.visit.m_x, Nm, report.innovation_matrix);
+      kernel::add_product<1>(start.visit.Cm, start.visit.f_x, start.visit.Pfm, Nm);
+      kernel::add_product<1>(R, start.visit.m_x, Nm, report.innovation_matrix);
     }
     if (!judge(gate, report)) return answer(Status::innovation_indefinite);
     if (report.gate == Verdict::rejected) {
@@ -257,11 +270,15 @@ void joint_step_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>
     }
 
     const bool symmetric_prior = Inner::symmetric || is_symmetric(prior.P);
-    solve_joint_step(rule, step, prediction, symmetric_prior, report, root);
+    const Root<Step> root = solve_joint_step(rule, step, prediction, symmetric_prior, start);
+    report.solver = root.solver;
+    report.iterations = root.iterations;
+    report.residual = root.residual;
+    report.cost = root.cost;
     if (!usable(root.status)) return answer(root.status);
 
     // N, P and K once, with the slots at the root.
-    const Vector<Scalar, n> x_s = root.at.template head<n>(), x_1 = root.at.template tail<n>();
+    const Vector<Scalar, n> x_s = Step::smoothed(root.at), x_1 = Step::next(root.at);
     const auto slot = [&]<Slot which>() -> Matrix<Scalar, n, n> {
       if constexpr (which == Slot::jacobian)
         return root.visit.f_x;
@@ -286,8 +303,8 @@ void joint_step_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>
         N, sensor_slot_at_root.template operator()<Inner::D>(),
         sensor_slot_at_root.template operator()<Inner::E>(), R, S_root, report.gain, P);
     if (!regular) return answer(all_finite(S_root) ? Status::singular_innovation : Status::sensor_not_finite);
-    x = root.z.template tail<n>();
-    report.smoothed = root.z.template head<n>();
+    kernel::assign(x, Step::next(root.z));
+    kernel::assign(report.smoothed, Step::smoothed(root.z));
     if (!is_sound<Inner::symmetric>(P) || !all_finite(x)) return answer(Status::covariance_lost);
     report.status = root.status;
   });

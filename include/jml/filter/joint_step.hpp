@@ -8,6 +8,7 @@
 /// Unknown: z = (x_s, x_1), 2n.
 #pragma once
 
+#include <algorithm>
 #include <jml/model/hessian.hpp>
 #include <jml/riccati/difference.hpp>
 
@@ -54,26 +55,51 @@ struct JointStep {
   const SensorAt& at_y;
   Matrix<Scalar, p, p> R;
   kernel::SymmetricFactor<Scalar, p> R_factor;
-  X push;   // G w̄, frozen at x̂
-  X scale;  // the state scale: |x̂| + |x̄| + √P_ii + √C_ii, by component; 1 where all of them vanish
+  X push;                  // G w̄, frozen at x̂
+  X scale, inverse_scale;  // the state scale |x̂| + |x̄| + √(P_ii + C_ii), by component; 1 where all vanish
 
-  void set_scale(const X& prediction) {
-    scale = prior.x.cwiseAbs() + prediction.cwiseAbs() + prior.P.diagonal().cwiseAbs().cwiseSqrt() +
-            noise.diagonal().cwiseAbs().cwiseSqrt();
-    for (int i = 0; i < n; ++i) {
-      if (!(scale(i) > Scalar(0))) scale(i) = Scalar(1);
-    }
+  [[gnu::always_inline]] void set_scale(const X& prediction) {
+    kernel::repeat<n>([&](int i) __attribute__((always_inline)) {
+      const Scalar size = std::abs(prior.x(i)) + std::abs(prediction(i)) +
+                          std::sqrt(std::abs(prior.P(i, i)) + std::abs(noise(i, i)));
+      scale(i) = size > Scalar(0) ? size : Scalar(1);
+      inverse_scale(i) = Scalar(1) / scale(i);
+    });
   }
 
-  /// The largest entry of r over the state scale (which grows with z where z has left it).
-  Scalar scaled(const Z& r, const Z& z) const {
+  /// The largest entry of r over the state scale.
+  [[gnu::always_inline]] Scalar scaled(const Z& r) const {
     Scalar largest = 0;
-    for (int i = 0; i < 2 * n; ++i) {
-      const Scalar size = std::max(scale(i % n), std::abs(z(i)));
-      const Scalar ratio = std::abs(r(i)) / size;
-      if (!(ratio <= largest)) largest = ratio;  // a NaN stays
-    }
+    kernel::repeat<2 * n, 6>([&](int i) __attribute__((always_inline)) {
+      const Scalar ratio = std::abs(r(i)) * inverse_scale(i % n);
+      largest = ratio <= largest ? largest : ratio;  // a NaN stays
+    });
     return largest;
+  }
+
+  /// The largest entry of a - b over the state scale.
+  [[gnu::always_inline]] Scalar moved(const Z& a, const Z& b) const {
+    Z change;
+    kernel::repeat<2 * n, 6>([&](int i) __attribute__((always_inline)) { change(i) = a(i) - b(i); });
+    return scaled(change);
+  }
+
+  /// z = (x_s, x_1), number by number: halves stored apart are slow to load as one.
+  [[gnu::always_inline]] static void join(const X& x_s, const X& x_1, Z& z) {
+    kernel::repeat<n>([&](int i) __attribute__((always_inline)) {
+      z(i) = x_s(i);
+      z(n + i) = x_1(i);
+    });
+  }
+  [[gnu::always_inline]] static X smoothed(const Z& z) {
+    X out;
+    kernel::repeat<n>([&](int i) __attribute__((always_inline)) { out(i) = z(i); });
+    return out;
+  }
+  [[gnu::always_inline]] static X next(const Z& z) {
+    X out;
+    kernel::repeat<n>([&](int i) __attribute__((always_inline)) { out(i) = z(n + i); });
+    return out;
   }
 
   /// Everything one visit of the models at z gives.
@@ -88,47 +114,57 @@ struct JointStep {
     Z residual;                // of the two lines
   };
 
-  bool visit(const Z& z, Visit& v) const {
-    const X x_s = z.template head<n>(), x_1 = z.template tail<n>();
-    v.f = dynamics(dynamics_model, x_s, at) + push;
-    v.f_x = dynamics_jacobian(dynamics_model, x_s, at);
-    v.misfit = measurement_residual(sensor, y, measurement(sensor, x_1, at_y));
-    v.m_x = measurement_jacobian(sensor, x_1, at_y);
-    v.nu = R_factor.solve(v.misfit);
+  [[gnu::always_inline]] bool visit(const Z& z, Visit& v) const {
+    const X x_s = smoothed(z), x_1 = next(z);
+    kernel::assign(v.f, dynamics(dynamics_model, x_s, at));
+    if constexpr (has_disturbance_mean<D, X, At>()) v.f += push;
+    kernel::assign(v.f_x, dynamics_jacobian(dynamics_model, x_s, at));
+    kernel::assign(v.misfit, measurement_residual(sensor, y, measurement(sensor, x_1, at_y)));
+    kernel::assign(v.m_x, measurement_jacobian(sensor, x_1, at_y));
+    kernel::assign(v.nu, R_factor.solve(v.misfit));
     const Matrix<Scalar, n, p> m_xT = kernel::transposed(v.m_x);
     Matrix<Scalar, n, p> fm;
     kernel::product(kernel::transposed(v.f_x), m_xT, fm);
     kernel::product(prior.P, fm, v.Pfm);
     kernel::product(noise, m_xT, v.Cm);
-    X line;
-    kernel::add_product<1>(prior.x, v.Pfm, v.nu, line);
-    v.residual.template head<n>() = line - x_s;
-    kernel::add_product<1>(v.f, v.Cm, v.nu, line);
-    v.residual.template tail<n>() = line - x_1;
+    X first, second;
+    kernel::add_product<1>(prior.x, v.Pfm, v.nu, first);
+    kernel::add_product<1>(v.f, v.Cm, v.nu, second);
+    kernel::repeat<n>([&](int i) __attribute__((always_inline)) {
+      v.residual(i) = first(i) - x_s(i);
+      v.residual(n + i) = second(i) - x_1(i);
+    });
     return all_finite(v.residual);
   }
 
   /// What rounding alone leaves in the residual at z: ε times the terms it is the difference of. The misfit's
   /// own rounding, that of x_1 seen through m_x included, enters through R⁻¹: large where the measurement is
   /// far better than the prior.
-  Scalar rounding(const Z& z, const Visit& v) const {
+  [[gnu::always_inline]] Scalar rounding(const Z& z, const Visit& v) const {
     Vector<Scalar, p> terms;
-    kernel::add_product<1>(Vector<Scalar, p>(y.cwiseAbs() + (y - v.misfit).cwiseAbs()),
-                           Matrix<Scalar, p, n>(v.m_x.cwiseAbs()), X(z.template tail<n>().cwiseAbs()), terms);
-    terms = R_factor.solve(terms).cwiseAbs();
-    Z floor;
-    X sum;
-    kernel::add_product<1>(X(prior.x.cwiseAbs()), Matrix<Scalar, n, p>(v.Pfm.cwiseAbs()), terms, sum);
-    floor.template head<n>() = sum;
-    kernel::add_product<1>(X(v.f.cwiseAbs()), Matrix<Scalar, n, p>(v.Cm.cwiseAbs()), terms, sum);
-    floor.template tail<n>() = sum;
-    return std::numeric_limits<Scalar>::epsilon() * scaled(floor, z);
+    kernel::repeat<p>([&](int k) __attribute__((always_inline)) {
+      Scalar sum = std::abs(y(k)) + std::abs(y(k) - v.misfit(k));
+      kernel::repeat<n>([&](int j)
+                            __attribute__((always_inline)) { sum += std::abs(v.m_x(k, j) * z(n + j)); });
+      terms(k) = sum;
+    });
+    terms = R_factor.solve(terms);
+    Scalar largest = 0;
+    kernel::repeat<n>([&](int i) __attribute__((always_inline)) {
+      Scalar first = std::abs(prior.x(i)), second = std::abs(v.f(i));
+      kernel::repeat<p>([&](int k) __attribute__((always_inline)) {
+        first += std::abs(v.Pfm(i, k) * terms(k));
+        second += std::abs(v.Cm(i, k) * terms(k));
+      });
+      largest = std::max({largest, first * inverse_scale(i), second * inverse_scale(i)});
+    });
+    return std::numeric_limits<Scalar>::epsilon() * largest;
   }
 
   /// ok: the residual is below the tolerance even with the rounding of its own evaluation added.
   /// accepted_at_rounding: it is not, but no more than a few roundings, so no better z can be told from this
   /// one.
-  Status verdict(const Z& z, const Visit& v, Scalar residual, Scalar tolerance) const {
+  [[gnu::always_inline]] Status verdict(const Z& z, const Visit& v, Scalar residual, Scalar tolerance) const {
     const Scalar floor = rounding(z, v);
     if (residual + floor <= tolerance) return Status::ok;
     return residual <= Scalar(8) * floor ? Status::accepted_at_rounding : Status::not_converged;
@@ -142,24 +178,27 @@ struct JointStep {
   /// x_s) whatever the reference). With the Jacobians and x_s ← x̂ + P f_xᵀ m_xᵀ δ it is a Gauss-Newton step
   /// of (11).
   template <bool as_printed>
-  bool sweep(const Z& z, const Visit& v, const Matrix<Scalar, n, n>& A, const Matrix<Scalar, p, n>& E,
-             Z& next, Matrix<Scalar, p, p>& Smatrix) const {
-    const X back = prior.x - z.template head<n>();
-    X bar;
+  [[gnu::always_inline]] bool sweep(const Z& z, const Visit& v, const Matrix<Scalar, n, n>& A,
+                                    const Matrix<Scalar, p, n>& E, Z& swept) const {
+    const X x_s = smoothed(z), x_1 = next(z);
+    X back, bar, ahead;
+    kernel::repeat<n>([&](int i) __attribute__((always_inline)) { back(i) = prior.x(i) - x_s(i); });
     kernel::add_product<1>(v.f, A, back, bar);
     Matrix<Scalar, n, p> Nm;
     kernel::add_product<1>(v.Cm, A, v.Pfm, Nm);
-    kernel::add_product<1>(R, E, Nm, Smatrix);
+    Matrix<Scalar, p, p> S_matrix;
+    kernel::add_product<1>(R, E, Nm, S_matrix);
     kernel::GeneralFactor<Scalar, p> factor;
-    if (!factor.factor(Smatrix, noise_units(R))) return false;
+    if (!factor.factor(S_matrix, noise_units(R))) return false;
+    kernel::repeat<n>([&](int i) __attribute__((always_inline)) { ahead(i) = bar(i) - x_1(i); });
     Vector<Scalar, p> misfit;
-    kernel::add_product<-1>(v.misfit, E, X(bar - z.template tail<n>()), misfit);
+    kernel::add_product<-1>(v.misfit, E, ahead, misfit);
     const Vector<Scalar, p> delta = factor.solve(misfit);
-    X x_s, x_1;
-    kernel::add_product<1>(prior.x, v.Pfm, as_printed ? v.nu : delta, x_s);
-    kernel::add_product<1>(bar, Nm, delta, x_1);
-    next << x_s, x_1;
-    return all_finite(next);
+    X swept_s, swept_1;
+    kernel::add_product<1>(prior.x, v.Pfm, as_printed ? v.nu : delta, swept_s);
+    kernel::add_product<1>(bar, Nm, delta, swept_1);
+    join(swept_s, swept_1, swept);
+    return true;
   }
 
   // The two lines as a square system for damped_newton.
@@ -174,7 +213,7 @@ struct JointStep {
   bool jacobian(const Z& z, Matrix<Scalar, 2 * n, 2 * n>& J) const {
     Visit v;
     if (!visit(z, v)) return false;
-    const X x_s = z.template head<n>(), x_1 = z.template tail<n>();
+    const X x_s = smoothed(z), x_1 = next(z);
     const Matrix<Scalar, n, p> m_xT = kernel::transposed(v.m_x);
     X e;
     kernel::product(m_xT, v.nu, e);
@@ -204,12 +243,6 @@ struct JointStep {
     kernel::product(prior.P, fe, Pfe);
     kernel::product(noise, e, Ce);
     return (fe.dot(Pfe) + e.dot(Ce) + v.nu.dot(v.misfit)) / Scalar(2);
-  }
-
-  /// (11) at the start: x_s = x̂, w = 0. NaN where the sensor is undefined there.
-  Scalar cost_at_start(const X& prediction) const {
-    const Vector<Scalar, p> r = measurement_residual(sensor, y, measurement(sensor, prediction, at_y));
-    return r.dot(R_factor.solve(r)) / Scalar(2);
   }
 };
 

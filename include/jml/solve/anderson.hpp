@@ -10,52 +10,71 @@
 namespace jml {
 
 /// Holds the last two differences of g and of f = g(z) - z, and proposes the next point
-/// g - ΔG γ with γ = argmin |f - ΔF γ| in the norm Σ weight_i f_i². Plain g where the differences say
+/// g - ΔG γ with γ = argmin |f - ΔF γ|, components in units of 1/weight. Plain g where the differences say
 /// nothing.
 template <typename Scalar, int size>
 class Anderson {
+  using Z = Vector<Scalar, size>;
+
  public:
-  /// `weights`: positive, 1/unit² of each component, so that units do not matter.
-  explicit Anderson(const Vector<Scalar, size>& weights) : weights_(weights) {}
-
-  /// The next point after g was found at z.
-  Vector<Scalar, size> propose(const Vector<Scalar, size>& z, const Vector<Scalar, size>& g) {
-    const Vector<Scalar, size> f = g - z;
+  /// The next point after g was found at z. `weights`: positive, one over the unit of each component.
+  [[gnu::always_inline]] Z propose(const Z& z, const Z& g, const Z& weights) {
+    Z f, out;
+    kernel::assign(out, g);
+    each([&](int i) __attribute__((always_inline)) { f(i) = weights(i) * (g(i) - z(i)); });
     if (calls_ > 0) {
-      const int slot = calls_ % 2;
-      change_f_[slot] = f - last_f_;
-      change_g_[slot] = g - last_g_;
-    }
-    last_f_ = f;
-    last_g_ = g;
-    ++calls_;
-    if (calls_ == 1) return g;
-
-    constexpr Scalar flat = Scalar(64) * std::numeric_limits<Scalar>::epsilon();
-    const int newest = (calls_ - 1) % 2, other = calls_ % 2;
-    const Vector<Scalar, size> weighted = weights_.cwiseProduct(change_f_[newest]);
-    const Scalar a11 = weighted.dot(change_f_[newest]), b1 = weighted.dot(f);
-    if (!(a11 > Scalar(0)) || !std::isfinite(a11)) return g;
-    if (calls_ > 2) {
-      const Scalar a12 = weighted.dot(change_f_[other]);
-      const Vector<Scalar, size> weighted_other = weights_.cwiseProduct(change_f_[other]);
-      const Scalar a22 = weighted_other.dot(change_f_[other]), b2 = weighted_other.dot(f);
+      each([&](int i) __attribute__((always_inline)) {
+        older_f_(i) = newer_f_(i);
+        older_g_(i) = newer_g_(i);
+        newer_f_(i) = f(i) - last_f_(i);
+        newer_g_(i) = g(i) - last_g_(i);
+      });
+      constexpr Scalar flat = Scalar(64) * std::numeric_limits<Scalar>::epsilon();
+      const Scalar a11 = dot(newer_f_, newer_f_), b1 = dot(newer_f_, f);
+      const bool two = calls_ > 1;
+      const Scalar a12 = two ? dot(newer_f_, older_f_) : Scalar(0),
+                   a22 = two ? dot(older_f_, older_f_) : Scalar(0);
+      const Scalar b2 = two ? dot(older_f_, f) : Scalar(0);
       const Scalar determinant = a11 * a22 - a12 * a12;
       if (determinant > flat * a11 * a22) {
         const Scalar scale = Scalar(1) / determinant;
-        return g - change_g_[newest] * ((b1 * a22 - b2 * a12) * scale) -
-               change_g_[other] * ((b2 * a11 - b1 * a12) * scale);
+        const Scalar newer = (b1 * a22 - b2 * a12) * scale, older = (b2 * a11 - b1 * a12) * scale;
+        each([&](int i) __attribute__((always_inline)) {
+          out(i) = g(i) - newer_g_(i) * newer - older_g_(i) * older;
+        });
+      } else if (a11 > Scalar(0)) {
+        const Scalar newer = b1 / a11;
+        each([&](int i) __attribute__((always_inline)) { out(i) = g(i) - newer_g_(i) * newer; });
       }
     }
-    return g - change_g_[newest] * (b1 / a11);
+    kernel::assign(last_f_, f);
+    kernel::assign(last_g_, g);
+    ++calls_;
+    return out;
   }
 
   /// Forgets the past; the next proposal is g itself.
   void restart() { calls_ = 0; }
 
  private:
-  Vector<Scalar, size> weights_, last_f_, last_g_;
-  Vector<Scalar, size> change_f_[2], change_g_[2];
+  template <typename F>
+  [[gnu::always_inline]] static void each(const F& f) {
+    kernel::repeat<size, 6>(f);
+  }
+
+  /// Two partial sums: half the wait of one.
+  [[gnu::always_inline]] static Scalar dot(const Z& a, const Z& b) {
+    Scalar even = 0, odd = 0;
+    kernel::repeat<size / 2, 3>([&](int i) __attribute__((always_inline)) {
+      even += a(2 * i) * b(2 * i);
+      odd += a(2 * i + 1) * b(2 * i + 1);
+    });
+    if constexpr (size % 2 == 1) even += a(size - 1) * b(size - 1);
+    return even + odd;
+  }
+
+  Z last_f_ = Z::Zero(), last_g_ = Z::Zero(), newer_f_ = Z::Zero(), newer_g_ = Z::Zero(),
+    older_f_ = Z::Zero(), older_g_ = Z::Zero();
   int calls_ = 0;
 };
 

@@ -16,7 +16,7 @@ struct SolverReport {
 /// Newton steps, halved until the largest scaled residual falls.
 ///
 /// `system.residual(z, r)` and `system.jacobian(z, J)` return false where they are undefined;
-/// `system.scaled(r, z)` is the largest component of r over its scale. Ends at `tolerance`, at a step that no
+/// `system.scaled(r)` is the largest component of r over its scale. Ends at `tolerance`, at a step that no
 /// longer helps, or after `max_iterations`; z is then the best point found.
 template <typename System, typename Scalar, int size>
 [[gnu::noinline]] SolverReport damped_newton(const System& system, Vector<Scalar, size>& z, Scalar tolerance,
@@ -24,7 +24,7 @@ template <typename System, typename Scalar, int size>
   SolverReport report;
   Vector<Scalar, size> r;
   if (!system.residual(z, r)) return report;
-  Scalar best = system.scaled(r, z);
+  Scalar best = system.scaled(r);
   Matrix<Scalar, size, size> J;
   kernel::GeneralFactor<Scalar, size> factor;
   for (; report.iterations < max_iterations; ++report.iterations) {
@@ -38,7 +38,7 @@ template <typename System, typename Scalar, int size>
       const Vector<Scalar, size> trial = z - damping * direction;
       Vector<Scalar, size> trial_residual;
       if (!system.residual(trial, trial_residual)) continue;
-      const Scalar size_there = system.scaled(trial_residual, trial);
+      const Scalar size_there = system.scaled(trial_residual);
       if (size_there < best) {
         z = trial;
         r = trial_residual;
