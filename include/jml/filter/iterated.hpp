@@ -113,6 +113,7 @@ template <typename Rule, typename Step, typename Scalar>
   Anderson<Scalar, Z::RowsAtCompileTime> anderson;
   Z weights, plain;
   Step::join(step.inverse_scale, step.inverse_scale, weights);
+  kernel::assign(plain, start.z);
   Root<Step> root = start;
   root.solver = picard ? Solver::picard : Solver::anderson;
   root.residual = step.scaled(root.visit.residual);

@@ -239,12 +239,13 @@ template <typename Rule, typename S, typename Scalar, int n, int p, typename At>
   }
   kernel::assign(report.innovation, innovation);
   kernel::assign(report.innovation_matrix, S_matrix);
+  if (!regular) return answer(blame(prediction, N, y, slot_d, report, false));
   kernel::assign(report.gain, gain);
   if (!gate.off()) {
     if (!gate.valid()) return answer(Status::invalid_option);
-    const bool known =
-        regular && all_finite(report.innovation_matrix) && all_finite(report.innovation) && all_finite(N);
-    if (!known) return answer(blame(prediction, N, y, slot_d, report, regular));
+    if (!all_finite(S_matrix) || !all_finite(innovation) || !all_finite(N)) {
+      return answer(blame(prediction, N, y, slot_d, report, true));
+    }
     if (!judge(gate, report)) return answer(Status::innovation_indefinite);
     if (report.gate == Verdict::rejected) {
       kernel::assign(x, prediction);
@@ -253,8 +254,7 @@ template <typename Rule, typename S, typename Scalar, int n, int p, typename At>
     }
   }
   kernel::add_product<1>(prediction, gain, innovation, x);
-  if (!(regular && is_sound<Rule::symmetric>(P) && all_finite(x)))
-    answer(blame(prediction, N, y, slot_d, report, regular));
+  if (!(is_sound<Rule::symmetric>(P) && all_finite(x))) answer(blame(prediction, N, y, slot_d, report, true));
 }
 
 }  // namespace detail
