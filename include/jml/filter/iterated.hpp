@@ -103,13 +103,12 @@ template <typename Step>
 
 /// Iterates from `start` until the residual is below the tolerance. Everything goes by value, to live in
 /// registers.
-template <typename Rule, typename Step, typename Scalar>
+template <bool picard, typename Rule, typename Step, typename Scalar>
 [[gnu::always_inline]] inline Root<Step> iterate(const Rule& rule, const Step& step,
                                                  const typename Step::X& prediction, Scalar tolerance,
                                                  const Root<Step>& start) {
   using Z = typename Step::Z;
   const IterationOptions& options = rule.options;
-  const bool picard = options.method == Iteration::picard;
   Anderson<Scalar, Z::RowsAtCompileTime> anderson;
   Z weights, plain;
   Step::join(step.inverse_scale, step.inverse_scale, weights);
@@ -126,7 +125,7 @@ template <typename Rule, typename Step, typename Scalar>
     root.status = Status::not_converged;
     if (root.iterations == options.max_iterations) break;
     bool regular;
-    if (picard) {
+    if constexpr (picard) {
       const typename Step::X x_s = Step::smoothed(root.z), x_1 = Step::next(root.z);
       regular = step.template sweep<true>(
           root.z, root.visit,
@@ -142,7 +141,7 @@ template <typename Rule, typename Step, typename Scalar>
       break;
     }
     settled = step.moved(plain, root.z) <= tolerance;  // no sweep will move it any more
-    if (picard)
+    if constexpr (picard)
       kernel::assign(root.z, plain);
     else
       kernel::assign(root.z, anderson.propose(root.z, plain, weights));
@@ -157,6 +156,14 @@ template <typename Rule, typename Step, typename Scalar>
   kernel::assign(root.at, root.z);
   if (root.status == Status::accepted_at_limit) kernel::assign(root.z, plain);
   return root;
+}
+
+/// (9) as printed, out of the way of the default.
+template <typename Rule, typename Step, typename Scalar>
+[[gnu::noinline]] Root<Step> iterate_as_printed(const Rule& rule, const Step& step,
+                                                const typename Step::X& prediction, Scalar tolerance,
+                                                const Root<Step>& start) {
+  return iterate<true>(rule, step, prediction, tolerance, start);
 }
 
 /// Newton on the two lines from root.z; judges what it reached.
@@ -209,11 +216,19 @@ template <typename Rule, typename Step>
   };
 
   Root<Step> root = start;
-  if (options.method == Iteration::newton) {
-    root = polish(step, tolerance, options.max_iterations, start);
-    root.solver = Solver::newton;
-  } else if (options.method != Iteration::none) {
-    root = iterate(rule, step, prediction, tolerance, start);
+  switch (options.method) {
+    case Iteration::anderson:
+      root = iterate<false>(rule, step, prediction, tolerance, start);
+      break;
+    case Iteration::picard:
+      root = iterate_as_printed(rule, step, prediction, tolerance, start);
+      break;
+    case Iteration::newton:
+      root = polish(step, tolerance, options.max_iterations, start);
+      root.solver = Solver::newton;
+      break;
+    case Iteration::none:
+      break;
   }
   judge_cost(root);
   if (!usable(root.status) && options.use_net && !options.accept_at_limit) {
