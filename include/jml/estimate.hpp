@@ -22,4 +22,9 @@ struct Estimate {
 template <typename Scalar, int n>
 Estimate(const Vector<Scalar, n>&, const Matrix<Scalar, n, n>&) -> Estimate<Scalar, n>;
 
+/// From Eigen expressions: Estimate{x0, 0.1 * Matrix::Identity()}.
+template <typename X, typename C>
+Estimate(const Eigen::MatrixBase<X>&, const Eigen::MatrixBase<C>&)
+    -> Estimate<typename X::Scalar, X::RowsAtCompileTime>;
+
 }  // namespace jml

@@ -13,6 +13,7 @@ namespace jml {
 template <typename Scalar>
 [[nodiscard]] Scalar chi_square_upper_tail(Scalar value, int degrees) {
   if (value <= Scalar(0)) return Scalar(1);
+  if (value > std::numeric_limits<Scalar>::max()) return Scalar(0);
   const Scalar half = value / Scalar(2);
   // Q(a+1, h) = Q(a, h) + h^a e^-h / Γ(a+1), from Q(1/2, h) = erfc √h or Q(1, h) = e^-h.
   Scalar a = degrees % 2 == 1 ? Scalar(0.5) : Scalar(1);

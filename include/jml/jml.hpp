@@ -9,4 +9,5 @@
 #include <jml/batch/criterion.hpp>
 #include <jml/filter/filter.hpp>
 #include <jml/filter/iterated.hpp>
+#include <jml/filter/one_step_cost.hpp>
 #include <jml/model/check.hpp>

@@ -9,6 +9,10 @@
 #include <type_traits>
 #include <utility>
 
+#ifdef __FAST_MATH__
+#error "jml: -ffast-math removes the checks for NaN; compile without it"
+#endif
+
 namespace jml {
 
 template <typename Scalar, int rows, int cols>
@@ -80,7 +84,8 @@ template <typename Scalar, int n>
   constexpr Scalar slack = Scalar(64) * std::numeric_limits<Scalar>::epsilon();
   for (int j = 0; j < n; ++j) {
     for (int i = j + 1; i < n; ++i) {
-      const Scalar scale = std::abs(a(i, j)) + std::abs(a(j, i)) + std::sqrt(std::abs(a(i, i) * a(j, j)));
+      const Scalar scale =
+          std::abs(a(i, j)) + std::abs(a(j, i)) + std::sqrt(std::abs(a(i, i))) * std::sqrt(std::abs(a(j, j)));
       if (!(std::abs(a(i, j) - a(j, i)) <= slack * scale)) return false;
     }
   }
@@ -118,7 +123,7 @@ template <Definite wanted, typename Scalar, int n>
       if (!(pivot >= -zero)) return false;
       if (!(pivot > zero)) {
         for (int i = k + 1; i < n; ++i) {
-          const Scalar bound = std::sqrt(slack * std::abs(a(k, k)) * std::abs(a(i, i)));
+          const Scalar bound = std::sqrt(slack) * std::sqrt(std::abs(a(k, k))) * std::sqrt(std::abs(a(i, i)));
           if (!(std::abs(w(i, k)) <= bound)) return false;
         }
         continue;
@@ -132,6 +137,20 @@ template <Definite wanted, typename Scalar, int n>
     }
   }
   return true;
+}
+
+/// Q is finite, symmetric, positive semidefinite.
+template <typename Scalar, int q>
+[[nodiscard]] bool is_covariance(const Matrix<Scalar, q, q>& Q) {
+  if (is_diagonal(Q)) return (Q.diagonal().array() >= Scalar(0)).all() && all_finite(Q);
+  return all_finite(Q) && is_symmetric(Q) && is_definite<Definite::positive_or_zero>(Q);
+}
+
+/// R is finite, symmetric, positive definite.
+template <typename Scalar, int p>
+[[nodiscard, gnu::always_inline]] inline bool is_noise_covariance(const Matrix<Scalar, p, p>& R) {
+  if (is_diagonal(R)) return (R.diagonal().array() > Scalar(0)).all() && all_finite(R);
+  return all_finite(R) && is_symmetric(R) && is_definite<Definite::positive>(R);
 }
 
 }  // namespace jml

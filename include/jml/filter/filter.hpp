@@ -59,7 +59,9 @@ class Filter {
   Status reset(const Estimate<Scalar, states>& estimate, double time) {
     estimate_ = estimate;
     time_ = time;
+    control_.setZero();
     status_ = std::isfinite(time) ? check_estimate(rule_, estimate) : Status::invalid_time_step;
+    if (status_ == Status::ok && !process_noise_.valid()) status_ = Status::invalid_disturbance_covariance;
     return status_;
   }
 
@@ -79,11 +81,12 @@ class Filter {
     const At at{time_, dt, control};
     step_into(rule_, dynamics_, process_noise_, sensor, estimate_, y, at, gate, report, x, P);
     accept(report.status, x, P, dt);
+    if (usable(report.status)) control_ = control;
     return report;
   }
   template <typename S>
   [[nodiscard]] Report<S> step(const S& sensor, const Measurement<S>& y) {
-    static_assert(!reads_instant<Scalar, D>(),
+    static_assert(!reads_instant<Scalar, D>() && !sensor_reads_instant<S, State, At>(),
                   "jml: this model reads time, dt or control: pass dt, step(sensor, y, dt)");
     return step(sensor, y, Scalar(0));
   }
@@ -106,6 +109,7 @@ class Filter {
     const auto result =
         jml::detail::call_predict(rule_, dynamics_, process_noise_, estimate_, At{time_, dt, control});
     accept(result.status, result.estimate.x, result.estimate.P, dt);
+    if (usable(result.status)) control_ = control;
     return result.status;
   }
   [[nodiscard]] Status predict() {
@@ -114,14 +118,15 @@ class Filter {
     return predict(Scalar(0));
   }
 
-  /// Correct with a measurement of the present time: a second sensor, or after predict().
+  /// Correct with a measurement of the present time: a second sensor, or after predict(). A sensor that reads
+  /// the control sees that of the last step.
   template <typename S>
   [[nodiscard]] Report<S> update(const S& sensor, const Measurement<S>& y) {
     Report<S> report;
     report.status = status_;
     if (status_ != Status::ok) return report;
     const auto result =
-        jml::detail::call_update(rule_, sensor, estimate_, y, At{time_, Scalar(0), Control::Zero()}, gate);
+        jml::detail::call_update(rule_, sensor, estimate_, y, At{time_, Scalar(0), control_}, gate);
     accept(result.report.status, result.estimate.x, result.estimate.P, Scalar(0));
     return result.report;
   }
@@ -151,6 +156,7 @@ class Filter {
   [[no_unique_address]] D dynamics_;
   detail::ProcessNoise<Scalar, D> process_noise_;
   Estimate<Scalar, states> estimate_;
+  Control control_ = Control::Zero();  // of the last step, for a sensor that reads it
   double time_ = 0;
   Status status_ = Status::ok;
 };

@@ -72,7 +72,7 @@ struct JointStep {
     Scalar largest = 0;
     kernel::repeat<2 * n, 6>([&](int i) __attribute__((always_inline)) {
       const Scalar ratio = std::abs(r(i)) * inverse_scale(i % n);
-      largest = ratio <= largest ? largest : ratio;  // a NaN stays
+      largest = ratio > largest ? ratio : largest;  // visit() has refused a NaN
     });
     return largest;
   }
@@ -203,6 +203,12 @@ struct JointStep {
 
   // The two lines as a square system for damped_newton.
 
+  Z unit() const {
+    Z out;
+    join(scale, scale, out);
+    return out;
+  }
+
   bool residual(const Z& z, Z& r) const {
     Visit v;
     if (!visit(z, v)) return false;
@@ -243,68 +249,6 @@ struct JointStep {
     kernel::product(prior.P, fe, Pfe);
     kernel::product(noise, e, Ce);
     return (fe.dot(Pfe) + e.dot(Ce) + v.nu.dot(v.misfit)) / Scalar(2);
-  }
-};
-
-/// (11) whitened, for a least-squares solver: x_s = x̂ + L a, G w = B b, with L Lᵀ = sym(P), B Bᵀ = C,
-/// negative parts cut to zero; minimise ½|a|² + ½|b|² + ½|R^{-½}(y - m(f(x_s) + G w̄ + B b))|². Minimising the
-/// norm of the two lines instead is a trap: it stalls at points that are no roots.
-template <typename Step, typename Scalar, int n>
-struct WhitenedStep {
-  static constexpr int p = Step::p, parameters = 2 * n, residuals = 2 * n + p;
-  const Step& step;
-  Matrix<Scalar, n, n> L, B;
-
-  explicit WhitenedStep(const Step& s)
-      : step(s),
-        L(kernel::SemidefiniteFactor<Scalar, n>((s.prior.P + s.prior.P.transpose()) / Scalar(2)).L),
-        B(kernel::SemidefiniteFactor<Scalar, n>(s.noise).L) {}
-
-  typename Step::Z point(const Vector<Scalar, 2 * n>& u) const {
-    typename Step::Z z;
-    Vector<Scalar, n> x_s, x_1;
-    kernel::add_product<1>(step.prior.x, L, Vector<Scalar, n>(u.template head<n>()), x_s);
-    const Vector<Scalar, n> f = dynamics(step.dynamics_model, x_s, step.at) + step.push;
-    kernel::add_product<1>(f, B, Vector<Scalar, n>(u.template tail<n>()), x_1);
-    z << x_s, x_1;
-    return z;
-  }
-
-  bool evaluate(const Vector<Scalar, 2 * n>& u, Vector<Scalar, residuals>& r,
-                Matrix<Scalar, residuals, 2 * n>* J) const {
-    const typename Step::Z z = point(u);
-    const Vector<Scalar, n> x_1 = z.template tail<n>();
-    Vector<Scalar, p> misfit =
-        measurement_residual(step.sensor, step.y, measurement(step.sensor, x_1, step.at_y));
-    whiten(misfit);
-    r << u, misfit;
-    if (J != nullptr) {
-      const Matrix<Scalar, n, n> f_x =
-          dynamics_jacobian(step.dynamics_model, Vector<Scalar, n>(z.template head<n>()), step.at);
-      const Matrix<Scalar, p, n> m_x = measurement_jacobian(step.sensor, x_1, step.at_y);
-      Matrix<Scalar, n, n> fL;
-      Matrix<Scalar, p, n> by_a, by_b;
-      kernel::product(f_x, L, fL);
-      kernel::product(m_x, fL, by_a);
-      kernel::product(m_x, B, by_b);
-      J->setZero();
-      J->template topLeftCorner<2 * n, 2 * n>().setIdentity();
-      for (int j = 0; j < 2 * n; ++j) {
-        Vector<Scalar, p> column = -(j < n ? by_a.col(j) : by_b.col(j - n));
-        whiten(column);
-        J->template block<p, 1>(2 * n, j) = column;
-      }
-      if (!all_finite(*J)) return false;
-    }
-    return all_finite(r);
-  }
-
-  /// v ← D^{-½} L⁻¹ v of R = L D Lᵀ.
-  void whiten(Vector<Scalar, p>& v) const {
-    for (int i = 0; i < p; ++i) {
-      for (int k = 0; k < i; ++k) v(i) -= step.R_factor.lower(i, k) * v(k);
-    }
-    for (int i = 0; i < p; ++i) v(i) *= std::sqrt(step.R_factor.inverse_diagonal(i));
   }
 };
 

@@ -10,7 +10,7 @@
 #include <array>
 #include <cstdint>
 #include <cstdio>
-#include <jml/riccati/difference.hpp>
+#include <jml/model/concepts.hpp>
 
 namespace jml {
 
@@ -63,7 +63,7 @@ struct ModelReport {
     constexpr const char* faults[] = {"is not finite",
                                       "is not the derivative (dual numbers)",
                                       "is not the derivative (central differences)",
-                                      "does not satisfy F(x)(x - r) = f(x) - f(r)",
+                                      "does not satisfy F(x) x = f(x) - f(0)",
                                       "is no covariance",
                                       "is wrong: the Jacobian changes with x"};
     for (int i = 0; i < count; ++i) {
@@ -162,7 +162,8 @@ void check_function(ModelReport& report, Finding::Function itself, const Vector<
 /// f(x) - f(0), Q is a covariance, G and w̄ are finite, a claim of linearity holds. Use several x, none of
 /// them special.
 template <DiscreteDynamics D, int n, typename At = Instant<double, DynamicsTraits<D>::controls>>
-[[nodiscard]] ModelReport check_model(const D& d, const Vector<double, n>& x, const At& at = {}) {
+[[nodiscard]] ModelReport check_model(const D& d, const Vector<double, n>& x,
+                                      const At& at = no_instant<double, D>()) {
   static_assert(states_of<D> == n, "jml: x has not as many states as the dynamics");
   ModelReport report;
   constexpr bool generic = detail::Generic<decltype(detail::dynamics_of(d)), Vector<Dual<double, n>, n>, At>;
@@ -182,7 +183,7 @@ template <DiscreteDynamics D, int n, typename At = Instant<double, DynamicsTrait
       [](const Vector<double, n>& a, const Vector<double, n>& b) { return Vector<double, n>(a - b); });
   if constexpr (DynamicsTraits<D>::disturbances > 0) {
     const auto Q = disturbance_covariance(d, x, at);
-    if (!detail::is_covariance(Q))
+    if (!is_covariance(Q))
       report.add({Finding::Function::covariance, Finding::Fault::not_a_covariance, 0, 0, Q(0, 0), 0});
     detail::require_finite(report, Finding::Function::input, disturbance_input(d, x, at));
     if constexpr (has_disturbance_mean<D, Vector<double, n>, At>()) {
@@ -219,7 +220,7 @@ template <Sensor S, int n, typename At = Instant<double>>
       },
       difference);
   const auto R = noise_covariance(s, x, at);
-  if (!detail::is_noise_covariance(R))
+  if (!is_noise_covariance(R))
     report.add({Finding::Function::covariance, Finding::Fault::not_a_covariance, 0, 0, R(0, 0), 0});
   return report;
 }

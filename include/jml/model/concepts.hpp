@@ -30,9 +30,26 @@ constexpr bool reads_instant() {
   using T = DynamicsTraits<D>;
   return requires(const D& d, const X& x, const At& at) { T::dynamics(d, x, at); } ||
          requires(const D& d, const X& x, const At& at) { T::jacobian(d, x, at); } ||
+         requires(const D& d, const X& x, const At& at) { T::sdc(d, x, at); } ||
+         requires(const D& d, const X& x, const At& at) { T::sdc_about(d, x, x, at); } ||
          requires(const D& d, const X& x, const At& at) { T::disturbance_input(d, x, at); } ||
          requires(const D& d, const X& x, const At& at) { T::disturbance_covariance(d, x, at); } ||
          requires(const D& d, const X& x, const At& at) { T::disturbance_mean(d, x, at); };
+}
+
+/// True where m or R of this sensor take an Instant.
+template <typename S, typename X, typename At>
+constexpr bool sensor_reads_instant() {
+  using T = SensorTraits<S>;
+  return requires(const S& s, const X& x, const At& at) { T::measurement(s, x, at); } ||
+         requires(const S& s, const X& x, const At& at) { T::noise_covariance(s, x, at); };
+}
+
+/// The Instant of a free function that was given none: only for a model that does not ask.
+template <typename Scalar, typename D>
+constexpr Instant<Scalar, DynamicsTraits<D>::controls> no_instant() {
+  static_assert(!reads_instant<Scalar, D>(), "jml: this model reads time, dt or control: pass an Instant");
+  return {};
 }
 
 namespace detail {

@@ -8,7 +8,7 @@
 /// the same reason.
 #pragma once
 
-#include <jml/kernels.hpp>
+#include <jml/factors.hpp>
 #include <jml/model/concepts.hpp>
 #include <unsupported/Eigen/MatrixFunctions>
 
@@ -49,7 +49,7 @@ class Discretized {
 
  public:
   static constexpr int states = n;
-  static constexpr int disturbances = van_loan ? n : q;
+  static constexpr int disturbances = van_loan && q > 0 ? n : q;
   static constexpr int controls = Traits::controls;
   static constexpr bool linear = Traits::linear;
 
@@ -59,7 +59,7 @@ class Discretized {
   template <typename T, typename S>
   Vector<T, n> dynamics(const Vector<T, n>& x, const Instant<S, controls>& at) const {
     const auto f = [&](const Vector<T, n>& z, double fraction) {
-      return jml::dynamics(continuous, z, stage(at, fraction));
+      return jml::predicted_state(continuous, z, stage(at, fraction));
     };
     const S h = at.dt;
     if constexpr (std::is_same_v<Integrator, Euler>) {
@@ -116,14 +116,31 @@ class Discretized {
     } else {
       const Matrix<S, n, q> G = jml::disturbance_input(continuous, x, at);
       const Matrix<S, n, n> A = jml::dynamics_jacobian(continuous, x, at);
+      // Van Loan on a piece of dt that keeps ‖A‖ short ≤ 1, then doubled: e^{-A dt} must not overflow.
+      S length = at.dt;
+      int doublings = 0;
+      while (A.cwiseAbs().rowwise().sum().maxCoeff() * length > S(1) && doublings < 60) {
+        length /= S(2);
+        ++doublings;
+      }
       Matrix<S, 2 * n, 2 * n> H = Matrix<S, 2 * n, 2 * n>::Zero();
-      H.template topLeftCorner<n, n>() = -A * at.dt;
-      H.template topRightCorner<n, n>() = G * Q * G.transpose() * at.dt;
-      H.template bottomRightCorner<n, n>() = A.transpose() * at.dt;
+      H.template topLeftCorner<n, n>() = -A * length;
+      H.template topRightCorner<n, n>() = G * Q * G.transpose() * length;
+      H.template bottomRightCorner<n, n>() = A.transpose() * length;
       const Matrix<S, 2 * n, 2 * n> E = H.exp();
-      const Matrix<S, n, n> noise =
-          E.template bottomRightCorner<n, n>().transpose() * E.template topRightCorner<n, n>();
-      return (noise + noise.transpose()) / S(2);
+      Matrix<S, n, n> transition = E.template bottomRightCorner<n, n>().transpose();
+      Matrix<S, n, n> noise = transition * E.template topRightCorner<n, n>();
+      for (int i = 0; i < doublings; ++i) {
+        noise = (noise + transition * noise * transition.transpose()).eval();
+        transition = (transition * transition).eval();
+      }
+      // What rounding left indefinite is cut: the result is a covariance, whatever the scales of the states.
+      const Matrix<S, n, n> L = kernel::SemidefiniteFactor<S, n>((noise + noise.transpose()) / S(2)).L;
+      Matrix<S, n, n> out = L * L.transpose();
+      for (int k = 0; k < n; ++k) {
+        for (int m = 0; m < k; ++m) out(m, k) = out(k, m);
+      }
+      return out;
     }
   }
 
@@ -144,7 +161,7 @@ class Discretized {
       return I + h * a(x, stage(at, 0));
     } else {
       const auto f = [&](const Vector<T, n>& z, double fraction) {
-        return jml::dynamics(continuous, z, stage(at, fraction));
+        return jml::predicted_state(continuous, z, stage(at, fraction));
       };
       const Vector<T, n> x2 = x + (h / 2) * f(x, 0);
       const Vector<T, n> x3 = x + (h / 2) * f(x2, 0.5);

@@ -205,8 +205,8 @@ Dual<B, n> pow(const Dual<B, n>& a, const Dual<B, n>& b) {
   const B power = pow(a.value, b.value);
   Dual<B, n> out(power);
   for (int i = 0; i < n; ++i) {
-    out.partial[i] =
-        b.value * pow(a.value, b.value - B(1)) * a.partial[i] + power * log(a.value) * b.partial[i];
+    out.partial[i] = b.value * pow(a.value, b.value - B(1)) * a.partial[i] +
+                     (plain_value(b.partial[i]) == 0 ? B(0) : power * log(a.value) * b.partial[i]);
   }
   return out;
 }
@@ -235,6 +235,31 @@ Dual<B, n> hypot(N a, const Dual<B, n>& b) {
 template <typename B, int n>
 Dual<B, n> max(const Dual<B, n>& a, const Dual<B, n>& b) {
   return a < b ? b : a;
+}
+template <typename B, int n, typename N>
+  requires std::is_arithmetic_v<N>
+Dual<B, n> pow(N a, const Dual<B, n>& b) {
+  return pow(Dual<B, n>(a), b);
+}
+template <typename B, int n, typename N>
+  requires std::is_arithmetic_v<N>
+Dual<B, n> max(const Dual<B, n>& a, N b) {
+  return max(a, Dual<B, n>(b));
+}
+template <typename B, int n, typename N>
+  requires std::is_arithmetic_v<N>
+Dual<B, n> min(const Dual<B, n>& a, N b) {
+  return min(a, Dual<B, n>(b));
+}
+template <typename B, int n>
+Dual<B, n> log10(const Dual<B, n>& a) {
+  using std::log10;
+  return a.chain(log10(a.value), B(0.43429448190325182765) / a.value);
+}
+template <typename B, int n>
+Dual<B, n> asinh(const Dual<B, n>& a) {
+  using std::asinh, std::sqrt;
+  return a.chain(asinh(a.value), B(1) / sqrt(a.value * a.value + B(1)));
 }
 template <typename B, int n>
 Dual<B, n> min(const Dual<B, n>& a, const Dual<B, n>& b) {

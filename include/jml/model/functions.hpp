@@ -45,6 +45,29 @@ concept Generic = Callable<Function, X, At> &&
                   std::is_same_v<typename std::remove_cvref_t<typename Result<Function, X, At>::type>::Scalar,
                                  typename X::Scalar>;
 
+/// Refuses at compile time what a model function must not return.
+template <int rows, int cols, typename Function, typename X, typename At>
+consteval bool require_shape() {
+  if constexpr (Callable<Function, X, At>) {
+    using Value = std::remove_cvref_t<typename Result<Function, X, At>::type>;
+    if constexpr (requires { Value::RowsAtCompileTime; }) {
+      static_assert(
+          std::is_base_of_v<Eigen::PlainObjectBase<Value>, Value>,
+          "jml: a model function must return a jml::Vector or jml::Matrix, not auto of an Eigen expression, "
+          "which would refer to what is gone");
+      static_assert(
+          int(Value::RowsAtCompileTime) == rows && int(Value::ColsAtCompileTime) == cols,
+          "jml: a model function returns a matrix of the wrong size: f n, f_x and F n×n, G n×q, Q q×q, "
+          "w̄ q, m p, m_x and M p×n, R p×p");
+    } else {
+      static_assert(
+          requires { Value::RowsAtCompileTime; },
+          "jml: a model function must return a jml::Vector or jml::Matrix, also where it is 1×1");
+    }
+  }
+  return true;
+}
+
 // One caller per function; the trait decides which arities exist.
 template <typename D>
 constexpr auto dynamics_of(const D& d) {
@@ -81,6 +104,10 @@ inline constexpr int measurements_of = SensorTraits<S>::measurements;
 /// f(x), n. T may be a dual number.
 template <typename T, int n, typename D, typename At>
 [[gnu::always_inline]] inline Vector<T, n> dynamics(const D& d, const Vector<T, n>& x, const At& at) {
+  static_assert(detail::Callable<decltype(detail::dynamics_of(d)), Vector<T, n>, At>,
+                "jml: the model has no dynamics(x) or dynamics(x, at) that is const and accepts "
+                "jml::Vector<T, states>");
+  static_assert(detail::require_shape<n, 1, decltype(detail::dynamics_of(d)), Vector<T, n>, At>());
   return detail::call(detail::dynamics_of(d), x, at);
 }
 
@@ -90,12 +117,13 @@ template <typename T, int n, typename D, typename At>
                                                                 const At& at) {
   const auto given = detail::jacobian_of(d);
   if constexpr (detail::Generic<decltype(given), Vector<T, n>, At>) {
+    static_assert(detail::require_shape<n, n, decltype(given), Vector<T, n>, At>());
     return detail::call(given, x, at);
   } else {
     static_assert(
         detail::Generic<decltype(detail::dynamics_of(d)), Vector<Dual<T, n>, n>, At>,
         "jml: give the dynamics a dynamics_jacobian(x), or make dynamics(x) a template over the scalar "
-        "so that jml can derive it with dual numbers");
+        "so that jml can derive it with dual numbers (and take the Instant as const auto&)");
     return derive_jacobian<n>([&](const auto& z) { return dynamics(d, z, at); }, x);
   }
 }
@@ -107,7 +135,11 @@ Matrix<T, n, n> dynamics_sdc(const D& d, const Vector<T, n>& x, const Vector<T, 
   const auto given = [&d](const auto&... a) -> decltype(Traits::sdc(d, a...)) {
     return Traits::sdc(d, a...);
   };
+  static_assert(
+      !requires { &D::dynamics_sdc; } || detail::Callable<decltype(given), Vector<T, n>, At>,
+      "jml: dynamics_sdc exists but does not accept (x) or (x, at): check its arguments and const");
   if constexpr (about_origin && detail::Callable<decltype(given), Vector<T, n>, At>) {
+    static_assert(detail::require_shape<n, n, decltype(given), Vector<T, n>, At>());
     return detail::call(given, x, at);
   } else if constexpr (requires { Traits::sdc_about(d, x, reference, at); }) {
     return Traits::sdc_about(d, x, reference, at);
@@ -130,10 +162,12 @@ Matrix<T, n, DynamicsTraits<D>::disturbances> disturbance_input(const D& d, cons
     return Traits::disturbance_input(d, a...);
   };
   if constexpr (detail::Callable<decltype(given), Vector<T, n>, At>) {
+    static_assert(detail::require_shape<n, Traits::disturbances, decltype(given), Vector<T, n>, At>());
     return detail::call(given, x, at).template cast<T>();
   } else {
     static_assert(Traits::disturbances == n || Traits::disturbances == 0,
-                  "jml: the dynamics have fewer disturbances than states: give disturbance_input(), n×q");
+                  "jml: the dynamics have fewer disturbances than states: give disturbance_input(), n×q, as "
+                  "(), (x) or (x, at), const");
     return Matrix<T, n, Traits::disturbances>::Identity();
   }
 }
@@ -150,6 +184,11 @@ constexpr bool has_disturbance_input() {
 template <typename D, typename X, typename At>
 constexpr bool has_disturbance_mean() {
   using T = DynamicsTraits<D>;
+  static_assert(
+      !requires { &D::disturbance_mean; } || requires(const D& d) { T::disturbance_mean(d); } ||
+          requires(const D& d, const X& x) { T::disturbance_mean(d, x); } ||
+          requires(const D& d, const X& x, const At& at) { T::disturbance_mean(d, x, at); },
+      "jml: disturbance_mean exists but does not accept (), (x) or (x, at): check its arguments and const");
   return requires(const D& d) { T::disturbance_mean(d); } || requires(const D& d, const X& x) {
     T::disturbance_mean(d, x);
   } || requires(const D& d, const X& x, const At& at) { T::disturbance_mean(d, x, at); };
@@ -168,6 +207,8 @@ Matrix<T, DynamicsTraits<D>::disturbances, DynamicsTraits<D>::disturbances> dist
   if constexpr (Traits::disturbances == 0) {
     return {};
   } else {
+    static_assert(detail::require_shape<Traits::disturbances, Traits::disturbances, decltype(given),
+                                        Vector<T, n>, At>());
     return detail::call(given, x, at).template cast<T>();
   }
 }
@@ -194,6 +235,8 @@ template <typename T, int n, typename S, typename At>
   static_assert(
       detail::Callable<decltype(detail::measurement_of(s)), Vector<T, n>, At>,
       "jml: the sensor's measurement(x) does not accept this model's state: check its size and scalar");
+  static_assert(
+      detail::require_shape<measurements_of<S>, 1, decltype(detail::measurement_of(s)), Vector<T, n>, At>());
   return detail::call(detail::measurement_of(s), x, at);
 }
 
@@ -204,6 +247,7 @@ template <typename T, int n, typename S, typename At>
                                                                                     const At& at) {
   const auto given = detail::sensor_jacobian_of(s);
   if constexpr (detail::Generic<decltype(given), Vector<T, n>, At>) {
+    static_assert(detail::require_shape<measurements_of<S>, n, decltype(given), Vector<T, n>, At>());
     return detail::call(given, x, at);
   } else {
     static_assert(
@@ -218,6 +262,9 @@ template <typename T, int n, typename S, typename At>
 template <typename T, int p, typename S>
 [[gnu::always_inline]] inline Vector<T, p> measurement_residual(const S& s, const Vector<T, p>& y,
                                                                 const Vector<T, p>& predicted) {
+  static_assert(
+      !requires { &S::residual; } || requires { SensorTraits<S>::residual(s, y, predicted); },
+      "jml: residual exists but does not accept (y, predicted): check its arguments and const");
   if constexpr (requires { SensorTraits<S>::residual(s, y, predicted); }) {
     return SensorTraits<S>::residual(s, y, predicted);
   } else {
@@ -233,7 +280,11 @@ Matrix<T, measurements_of<S>, n> measurement_sdc(const S& s, const Vector<T, n>&
   const auto given = [&s](const auto&... a) -> decltype(Traits::sdc(s, a...)) {
     return Traits::sdc(s, a...);
   };
+  static_assert(
+      !requires { &S::measurement_sdc; } || detail::Callable<decltype(given), Vector<T, n>, At>,
+      "jml: measurement_sdc exists but does not accept (x) or (x, at): check its arguments and const");
   if constexpr (about_origin && detail::Callable<decltype(given), Vector<T, n>, At>) {
+    static_assert(detail::require_shape<measurements_of<S>, n, decltype(given), Vector<T, n>, At>());
     return detail::call(given, x, at);
   } else if constexpr (requires { Traits::sdc_about(s, x, reference, at); }) {
     return Traits::sdc_about(s, x, reference, at);
@@ -257,7 +308,9 @@ template <typename T, int n, typename S, typename At>
     return Traits::noise_covariance(s, a...);
   };
   static_assert(detail::Callable<decltype(given), Vector<T, n>, At>,
-                "jml: a sensor needs noise_covariance(), p×p");
+                "jml: a sensor needs noise_covariance(), p×p, as (), (x) or (x, at), const");
+  static_assert(
+      detail::require_shape<measurements_of<S>, measurements_of<S>, decltype(given), Vector<T, n>, At>());
   return detail::call(given, x, at).template cast<T>();
 }
 

@@ -6,8 +6,13 @@
 /// `measurements` and its own. Every function may take (x), (x, at) with an Instant, and G, Q, R and the
 /// disturbance mean also nothing at all. What is missing is derived (model/functions.hpp).
 ///
-/// For a type that cannot be edited, specialise DynamicsTraits or SensorTraits with the same static members,
-/// the model as first argument: `static auto dynamics(const TheirType& model, const auto& x)`.
+/// For a type that cannot be edited, specialise DynamicsTraits or SensorTraits, inherit from DynamicsDefaults
+/// or SensorDefaults, and give what there is, the model as first argument:
+///
+///     template <> struct jml::DynamicsTraits<Theirs> : jml::DynamicsDefaults {
+///       static constexpr int states = 2;
+///       static auto dynamics(const Theirs& model, const auto& x) { ... }
+///     };
 #pragma once
 
 #include <jml/model/instant.hpp>
@@ -46,21 +51,27 @@ constexpr int controls_of() {
     return 0;
 }
 
+/// True where Model has a covariance or a spectral density of disturbances, in any form for this scalar.
+template <typename Model, typename Scalar>
+constexpr bool has_disturbances() {
+  using X = Vector<Scalar, count_of_states<Model>()>;
+  using At = Instant<Scalar, controls_of<Model>()>;
+  return requires(const Model& m) { m.disturbance_covariance(); } ||
+         requires(const Model& m, const X& x) { m.disturbance_covariance(x); } ||
+         requires(const Model& m, const X& x, const At& at) { m.disturbance_covariance(x, at); } ||
+         requires(const Model& m) { m.disturbance_spectral_density(); } ||
+         requires(const Model& m, const X& x) { m.disturbance_spectral_density(x); } ||
+         requires(const Model& m, const X& x, const At& at) { m.disturbance_spectral_density(x, at); };
+}
+
 template <typename Model>
 constexpr int disturbances_of() {
-  constexpr int n = count_of_states<Model>();
-  using X = Vector<double, n>;
-  using At = Instant<double, controls_of<Model>()>;
   if constexpr (requires { Model::disturbances; })
     return Model::disturbances;
-  else if constexpr (
-      requires(const Model& m) { m.disturbance_covariance(); } ||
-      requires(const Model& m, const X& x) { m.disturbance_covariance(x); } ||
-      requires(const Model& m, const X& x, const At& at) { m.disturbance_covariance(x, at); }) {
-    return n;
-  } else {
+  else if constexpr (has_disturbances<Model, double>() || has_disturbances<Model, float>())
+    return count_of_states<Model>();
+  else
     return 0;
-  }
 }
 
 template <typename Model>
@@ -83,15 +94,12 @@ struct TimeDomain<Model> {
 
 }  // namespace detail
 
-/// Dynamics x⁺ = f(x) + G (w̄ + w), cov w = Q; or ẋ = f(x) + G w with spectral density Q of w.
-template <typename Model>
-struct DynamicsTraits {
-  static constexpr int states = detail::count_of_states<Model>();  ///< n
-  static constexpr int disturbances =
-      detail::disturbances_of<Model>();                          ///< q; default: n with a covariance, else 0
-  static constexpr int controls = detail::controls_of<Model>();  ///< entries of at.control; default 0
-  static constexpr bool linear = detail::is_linear<Model>();     ///< promises f_x constant in x
-  using time_domain = typename detail::TimeDomain<Model>::type;  ///< default DiscreteTime
+/// What a dynamics trait looks for in a struct. A specialisation of DynamicsTraits inherits from it, and
+/// hides what it gives.
+struct DynamicsDefaults {
+  static constexpr int disturbances = 0, controls = 0;
+  static constexpr bool linear = false;
+  using time_domain = DiscreteTime;
 
   /// f(x), n.
   template <typename M, typename... A>
@@ -137,11 +145,20 @@ struct DynamicsTraits {
   }
 };
 
-/// Sensor y = m(x) + v, cov v = R.
+/// Dynamics x⁺ = f(x) + G (w̄ + w), cov w = Q; or ẋ = f(x) + G w with spectral density Q of w.
 template <typename Model>
-struct SensorTraits {
-  static constexpr int measurements = detail::count_of_measurements<Model>();  ///< p
-  static constexpr bool linear = detail::is_linear<Model>();                   ///< promises m_x constant in x
+struct DynamicsTraits : DynamicsDefaults {
+  static constexpr int states = detail::count_of_states<Model>();  ///< n
+  static constexpr int disturbances =
+      detail::disturbances_of<Model>();                          ///< q; default: n with a covariance, else 0
+  static constexpr int controls = detail::controls_of<Model>();  ///< entries of at.control; default 0
+  static constexpr bool linear = detail::is_linear<Model>();     ///< promises f_x constant in x
+  using time_domain = typename detail::TimeDomain<Model>::type;  ///< default DiscreteTime
+};
+
+/// What a sensor trait looks for in a struct; likewise.
+struct SensorDefaults {
+  static constexpr bool linear = false;
 
   /// m(x), p.
   template <typename M, typename... A>
@@ -173,6 +190,13 @@ struct SensorTraits {
   static constexpr auto residual(const M& m, const A&... a) -> decltype(m.residual(a...)) {
     return m.residual(a...);
   }
+};
+
+/// Sensor y = m(x) + v, cov v = R.
+template <typename Model>
+struct SensorTraits : SensorDefaults {
+  static constexpr int measurements = detail::count_of_measurements<Model>();  ///< p
+  static constexpr bool linear = detail::is_linear<Model>();                   ///< promises m_x constant in x
 };
 
 }  // namespace jml

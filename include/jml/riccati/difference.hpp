@@ -8,9 +8,10 @@
 /// stays exactly symmetric; a nonsymmetric one uses LU with column exchanges.
 #pragma once
 
+#include <jml/factors.hpp>
 #include <jml/gate.hpp>
-#include <jml/kernels.hpp>
 #include <jml/riccati/gain_rule.hpp>
+#include <jml/riccati/process_noise.hpp>
 #include <jml/riccati/report.hpp>
 
 namespace jml {
@@ -27,84 +28,11 @@ template <typename Scalar, int controls>
   return Status::ok;
 }
 
-/// Q is finite, symmetric and positive semidefinite.
-template <typename Scalar, int q>
-bool is_covariance(const Matrix<Scalar, q, q>& Q) {
-  if (is_diagonal(Q)) return (Q.diagonal().array() >= Scalar(0)).all() && all_finite(Q);
-  return all_finite(Q) && is_symmetric(Q) && is_definite<Definite::positive_or_zero>(Q);
-}
-
-/// G Q Gᵀ of discrete dynamics, n×n. Where G and Q are constants it is formed and checked once, here; a
-/// filter keeps this object beside its dynamics. Otherwise it is formed at each step, frozen at the estimate.
-template <typename Scalar, typename D>
-class ProcessNoise {
-  using Traits = DynamicsTraits<D>;
-  static constexpr int n = Traits::states, q = Traits::disturbances;
-  using X = Vector<Scalar, n>;
-  using At = Instant<Scalar, Traits::controls>;
-  static constexpr bool identity_input = !has_disturbance_input<D, X, At>();
-  static_assert(!identity_input || q == 0 || q == n,
-                "jml: the dynamics have fewer disturbances than states: give disturbance_input(), n×q");
-  static constexpr bool constant =
-      q == 0 || (requires(const D& d) { Traits::disturbance_covariance(d); } &&
-                 (identity_input || requires(const D& d) { Traits::disturbance_input(d); }));
-
- public:
-  explicit ProcessNoise(const D& d) {
-    if constexpr (constant) valid_ = form(d, X::Zero(), At{}, noise_);
-  }
-
-  /// False where Q is not finite, not symmetric or indefinite, or G is not finite.
-  template <typename Function>
-  [[nodiscard, gnu::always_inline]] bool with(const D& d, const X& x, const At& at,
-                                              const Function& use) const {
-    if constexpr (constant) {
-      if (valid_) use(noise_);
-      return valid_;
-    } else {
-      Matrix<Scalar, n, n> noise;
-      const bool valid = form(d, x, at, noise);
-      if (valid) use(noise);
-      return valid;
-    }
-  }
-
- private:
-  static bool form(const D& d, const X& x, const At& at, Matrix<Scalar, n, n>& out) {
-    out.setZero();
-    if constexpr (q > 0) {
-      const Matrix<Scalar, q, q> Q = disturbance_covariance(d, x, at);
-      if (!is_covariance(Q)) return false;
-      if constexpr (identity_input && q == n) {
-        out = Q;
-      } else {
-        const Matrix<Scalar, n, q> G = disturbance_input(d, x, at);
-        Matrix<Scalar, n, q> GQ;
-        kernel::product(G, Q, GQ);
-        kernel::add_symmetric_product<1>(out, GQ, G, out);
-        return all_finite(out);
-      }
-    }
-    return true;
-  }
-
-  struct Nothing {};
-  [[no_unique_address]] std::conditional_t<constant, Matrix<Scalar, n, n>, Nothing> noise_{};
-  bool valid_ = true;
-};
-
 /// The sensor's time is the end of the step.
 template <typename At>
 At at_sample(At at) {
   at.time += static_cast<double>(at.dt);
   return at;
-}
-
-/// R is finite, symmetric, positive definite.
-template <typename Scalar, int p>
-[[gnu::always_inline]] inline bool is_noise_covariance(const Matrix<Scalar, p, p>& R) {
-  if (is_diagonal(R)) return (R.diagonal().array() > Scalar(0)).all() && all_finite(R);
-  return all_finite(R) && is_symmetric(R) && is_definite<Definite::positive>(R);
 }
 
 /// √R_ii, the unit of each component for a pivot test; with p = 1 no unit is needed but R's own, and no root.
@@ -243,7 +171,7 @@ template <typename Rule, typename S, typename Scalar, int n, int p, typename At>
   kernel::assign(report.gain, gain);
   if (!gate.off()) {
     if (!gate.valid()) return answer(Status::invalid_option);
-    if (!all_finite(S_matrix) || !all_finite(innovation) || !all_finite(N)) {
+    if (!all_finite(S_matrix) || !all_finite(innovation) || !all_finite(N) || !all_finite(prediction)) {
       return answer(blame(prediction, N, y, slot_d, report, true));
     }
     if (!judge(gate, report)) return answer(Status::innovation_indefinite);
@@ -274,10 +202,10 @@ template <typename Rule, typename Scalar, int n>
 /// Refuses a bad Instant, a prior or a model that is not finite, a varying Q that is no covariance. That P is
 /// a covariance is trusted here: check_estimate asks it once.
 template <OnePassRule Rule, typename D, typename Scalar, int n>
-[[nodiscard]] PredictResult<Scalar, n> predict(const Rule& rule, const D& d,
-                                               const detail::ProcessNoise<Scalar, D>& process_noise,
-                                               const Estimate<Scalar, n>& prior,
-                                               const Instant<Scalar, DynamicsTraits<D>::controls>& at = {}) {
+[[nodiscard]] PredictResult<Scalar, n> predict(
+    const Rule& rule, const D& d, const detail::ProcessNoise<Scalar, D>& process_noise,
+    const Estimate<Scalar, n>& prior,
+    const Instant<Scalar, DynamicsTraits<D>::controls>& at = no_instant<Scalar, D>()) {
   static_assert(detail::require_discrete<D>() &&
                 detail::require_linear_if_kalman<Rule, DynamicsTraits<D>::linear>());
   static_assert(states_of<D> == n, "jml: the estimate has not as many states as the dynamics");
@@ -292,8 +220,9 @@ template <OnePassRule Rule, typename D, typename Scalar, int n>
 }
 
 template <OnePassRule Rule, typename D, typename Scalar, int n>
-[[nodiscard]] PredictResult<Scalar, n> predict(const Rule& rule, const D& d, const Estimate<Scalar, n>& prior,
-                                               const Instant<Scalar, DynamicsTraits<D>::controls>& at = {}) {
+[[nodiscard]] PredictResult<Scalar, n> predict(
+    const Rule& rule, const D& d, const Estimate<Scalar, n>& prior,
+    const Instant<Scalar, DynamicsTraits<D>::controls>& at = no_instant<Scalar, D>()) {
   return predict(rule, d, detail::ProcessNoise<Scalar, D>(d), prior, at);
 }
 
@@ -308,7 +237,9 @@ template <OnePassRule Rule, typename S, typename Scalar, int n, int controls = 0
   static_assert(detail::require_sensor<S>() &&
                 detail::require_linear_if_kalman<Rule, SensorTraits<S>::linear>());
   StepResult<Scalar, n, measurements_of<S>> out;
-  detail::update_into(rule, s, prior.x, prior.P, y, at, gate, out.report, out.estimate.x, out.estimate.P);
+  out.report.status = detail::check_instant(at);
+  if (out.report.status == Status::ok)
+    detail::update_into(rule, s, prior.x, prior.P, y, at, gate, out.report, out.estimate.x, out.estimate.P);
   if (usable(out.report.status) && !all_finite(prior.x)) out.report.status = Status::invalid_state;
   if (!usable(out.report.status)) out.estimate = prior;
   return out;
@@ -338,8 +269,8 @@ template <OnePassRule Rule, typename D, typename S, typename Scalar, int n, int 
 template <OnePassRule Rule, typename D, typename S, typename Scalar, int n>
 [[nodiscard]] StepResult<Scalar, n, measurements_of<S>> step(
     const Rule& rule, const D& d, const S& s, const Estimate<Scalar, n>& prior,
-    const Vector<Scalar, measurements_of<S>>& y, const Instant<Scalar, DynamicsTraits<D>::controls>& at = {},
-    const Gate& gate = {}) {
+    const Vector<Scalar, measurements_of<S>>& y,
+    const Instant<Scalar, DynamicsTraits<D>::controls>& at = no_instant<Scalar, D>(), const Gate& gate = {}) {
   StepResult<Scalar, n, measurements_of<S>> out;
   step_into(rule, d, detail::ProcessNoise<Scalar, D>(d), s, prior, y, at, gate, out.report, out.estimate.x,
             out.estimate.P);

@@ -31,7 +31,6 @@ struct GainRule {
   static constexpr EvaluatedAt evaluated_at = point;
   static constexpr bool about_origin = std::is_same_v<Reference, AboutOrigin>;
   static constexpr bool about_estimate = std::is_same_v<Reference, AboutEstimate>;
-  static constexpr bool uses_sdc = a == Slot::sdc || b == Slot::sdc || d == Slot::sdc || e == Slot::sdc;
 
   [[no_unique_address]] Reference reference{};
 
@@ -59,14 +58,18 @@ struct Ekf : GainRule<Slot::jacobian, Slot::jacobian, Slot::jacobian, Slot::jaco
 /// The state-dependent difference Riccati equation filter, eq. (17).
 template <typename Reference = AboutOrigin, EvaluatedAt point = EvaluatedAt::estimate>
 struct Sddre : GainRule<Slot::sdc, Slot::sdc, Slot::sdc, Slot::sdc, Reference, point> {
-  constexpr Sddre() = default;
+  constexpr Sddre()
+    requires(std::is_empty_v<Reference>)  // a point must be given
+  = default;
   constexpr explicit Sddre(const Reference& about) { this->reference = about; }
 };
 
 /// The one-pass (non-iterative) joint maximum likelihood filter, eq. (14).
 template <typename Reference = AboutOrigin, EvaluatedAt point = EvaluatedAt::estimate>
 struct Jml : GainRule<Slot::sdc, Slot::jacobian, Slot::jacobian, Slot::sdc, Reference, point> {
-  constexpr Jml() = default;
+  constexpr Jml()
+    requires(std::is_empty_v<Reference>)  // a point must be given
+  = default;
   constexpr explicit Jml(const Reference& about) { this->reference = about; }
 };
 

@@ -5,8 +5,8 @@
 
 #include <cstdint>
 #include <jml/estimate.hpp>
+#include <jml/factors.hpp>
 #include <jml/gate.hpp>
-#include <jml/kernels.hpp>
 #include <jml/status.hpp>
 
 namespace jml {
@@ -23,15 +23,19 @@ template <typename Scalar, int n, int p>
 struct StepReport {
   Status status = Status::ok;
   Verdict gate = Verdict::off;
-  Vector<Scalar, p> innovation = Vector<Scalar, p>::Zero();               ///< y - m(prediction), units of y
-  Matrix<Scalar, p, p> innovation_matrix = Matrix<Scalar, p, p>::Zero();  ///< S = R + E N Dᵀ
-  Matrix<Scalar, n, p> gain = Matrix<Scalar, n, p>::Zero();               ///< K = P⁺ Dᵀ R⁻¹
+  Vector<Scalar, p> innovation = Vector<Scalar, p>::Zero();  ///< y - m(prediction), units of y
+  Matrix<Scalar, p, p> innovation_matrix =
+      Matrix<Scalar, p, p>::Zero();  ///< S = R + E N Dᵀ of the correction; an iterated rule: the EKF\'s, at
+                                     ///< the prediction
+  Matrix<Scalar, n, p> gain = Matrix<Scalar, n, p>::Zero();  ///< K = P⁺ Dᵀ R⁻¹
   // Of an iterated rule only:
   Solver solver = Solver::none;
-  int iterations = 0;   ///< sweeps or steps of all solvers together
-  Scalar residual = 0;  ///< of the two ground-truth lines, relative to the state scale
-  Scalar cost = 0;      ///< one-step criterion (11) at the root; may be negative where sym(P) is indefinite
-  Vector<Scalar, n> smoothed = Vector<Scalar, n>::Zero();  ///< x_{i/i+1}: the previous state, seen from here
+  int iterations = 0;  ///< sweeps or steps of all solvers together
+  Scalar residual =
+      0;  ///< of the two ground-truth lines over the state scale; accepted_at_limit: before the last sweep
+  Scalar cost = 0;  ///< one-step criterion (11) at the root; may be negative where sym(P) is indefinite
+  Vector<Scalar, n> smoothed = Vector<Scalar, n>::Zero();  ///< x_{i/i+1}: the previous state, seen from here;
+                                                           ///< of a correction alone x itself
 
   /// Normalised innovation squared, innovationᵀ sym(S)⁻¹ innovation. NaN where sym(S) is not positive
   /// definite, which a nonsymmetric rule may give.
@@ -49,8 +53,9 @@ template <typename Scalar, int n, int p>
 [[nodiscard, gnu::always_inline]] inline bool judge(const Gate& gate, StepReport<Scalar, n, p>& report) {
   if (gate.off()) return true;
   const Scalar nis = report.nis();
+  if (!(nis >= Scalar(0))) return false;
   report.gate = gate.passes(nis, p) ? Verdict::accepted : Verdict::rejected;
-  return nis >= Scalar(0);
+  return true;
 }
 
 /// A step's answer. On refusal `estimate` is the prior, bit by bit.

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Random numbers that are the same on every platform and standard library, for tests, demos and campaigns.
+/// Random numbers that do not depend on the standard library (log and cos may differ in the last place), for
+/// tests, demos and campaigns.
 #pragma once
 
 #include <cmath>
 #include <cstdint>
-#include <jml/kernels.hpp>
+#include <jml/factors.hpp>
 #include <random>
 
 namespace jml {

@@ -4,7 +4,7 @@
 #pragma once
 
 #include <algorithm>
-#include <jml/kernels.hpp>
+#include <jml/factors.hpp>
 #include <jml/solve/newton.hpp>
 #include <jml/status.hpp>
 

@@ -3,7 +3,7 @@
 /// Damped Newton for a small square system r(z) = 0.
 #pragma once
 
-#include <jml/kernels.hpp>
+#include <jml/factors.hpp>
 
 namespace jml {
 
@@ -16,22 +16,25 @@ struct SolverReport {
 /// Newton steps, halved until the largest scaled residual falls.
 ///
 /// `system.residual(z, r)` and `system.jacobian(z, J)` return false where they are undefined;
-/// `system.scaled(r)` is the largest component of r over its scale. Ends at `tolerance`, at a step that no
-/// longer helps, or after `max_iterations`; z is then the best point found.
+/// `system.scaled(r)` is the largest component of r over its scale, `system.unit()` that scale. Ends at
+/// `tolerance`, at a step that no longer helps, or after `max_iterations`; z is then the best point found.
 template <typename System, typename Scalar, int size>
 [[gnu::noinline]] SolverReport damped_newton(const System& system, Vector<Scalar, size>& z, Scalar tolerance,
                                              int max_iterations) {
   SolverReport report;
   Vector<Scalar, size> r;
   if (!system.residual(z, r)) return report;
+  const Vector<Scalar, size> unit = system.unit(), inverse_unit = unit.cwiseInverse();
   Scalar best = system.scaled(r);
   Matrix<Scalar, size, size> J;
   kernel::GeneralFactor<Scalar, size> factor;
   for (; report.iterations < max_iterations; ++report.iterations) {
     if (best <= tolerance) break;
     if (!system.jacobian(z, J)) return report;
+    J = inverse_unit.asDiagonal() * J * unit.asDiagonal();  // free of units, as the pivot test asks
     if (!factor.factor(J, Vector<Scalar, size>::Ones())) return report;
-    const Vector<Scalar, size> direction = factor.solve(r);
+    const Vector<Scalar, size> direction =
+        unit.cwiseProduct(factor.solve(Vector<Scalar, size>(inverse_unit.cwiseProduct(r))));
     bool better = false;
     Scalar damping = 1;
     for (int halvings = 0; halvings < 24 && !better; ++halvings, damping /= Scalar(2)) {

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Small factorisations of compile-time size: L D Lᵀ, LU, and a root of any rank. Pivots are judged against
+/// the rounding of the entry they came from, so no test depends on units. Eigen's own cost 40 % of a
+/// two-state step.
+#pragma once
+
+#include <jml/kernels.hpp>
+
+namespace jml::kernel {
+
+/// S = L D Lᵀ of a symmetric positive definite p×p matrix (lower triangle read). No roots.
+template <typename Scalar, int p>
+struct SymmetricFactor {
+  Matrix<Scalar, p, p> lower;          // unit lower triangle
+  Vector<Scalar, p> inverse_diagonal;  // 1/D
+
+  /// False where a pivot is below the rounding of the entry it came from: singular, indefinite or NaN.
+  [[nodiscard, gnu::always_inline]] bool factor(const Matrix<Scalar, p, p>& s) {
+    constexpr Scalar slack = Scalar(4 * p) * std::numeric_limits<Scalar>::epsilon();
+    if constexpr (p == 1) {
+      inverse_diagonal(0) = Scalar(1) / s(0, 0);
+      return s(0, 0) > Scalar(0) && s(0, 0) <= std::numeric_limits<Scalar>::max();
+    }
+    lower = s;
+    bool positive = true;
+    for (int k = 0; k < p; ++k) {
+      const Scalar pivot = lower(k, k);
+      positive &= pivot > slack * s(k, k) && s(k, k) > Scalar(0);
+      const Scalar inverse = Scalar(1) / pivot;
+      inverse_diagonal(k) = inverse;
+      for (int j = k + 1; j < p; ++j) {
+        const Scalar factor = lower(j, k) * inverse;
+        for (int i = j; i < p; ++i) lower(i, j) -= lower(i, k) * factor;
+      }
+      for (int i = k + 1; i < p; ++i) lower(i, k) *= inverse;
+    }
+    return positive;
+  }
+
+  /// bᵀ S⁻¹ b.
+  [[nodiscard]] Scalar squared_norm(const Vector<Scalar, p>& b) const {
+    Vector<Scalar, p> z = b;
+    Scalar sum = 0;
+    for (int i = 0; i < p; ++i) {
+      for (int k = 0; k < i; ++k) z(i) -= lower(i, k) * z(k);
+      sum += z(i) * z(i) * inverse_diagonal(i);
+    }
+    return sum;
+  }
+
+  /// S⁻¹ b.
+  [[nodiscard]] Vector<Scalar, p> solve(const Vector<Scalar, p>& b) const {
+    Vector<Scalar, p> z = b;
+    for (int i = 0; i < p; ++i) {
+      for (int k = 0; k < i; ++k) z(i) -= lower(i, k) * z(k);
+    }
+    for (int i = p - 1; i >= 0; --i) {
+      z(i) *= inverse_diagonal(i);
+      for (int k = i + 1; k < p; ++k) z(i) -= lower(k, i) * z(k);
+    }
+    return z;
+  }
+
+  /// v = w L⁻ᵀ and gain = w S⁻¹, for n×p w. Then w S⁻¹ wᵀ = (v D⁻¹) vᵀ; `scaled` is v D⁻¹.
+  template <int n>
+  void right_solve(const Matrix<Scalar, n, p>& w, Matrix<Scalar, n, p>& v, Matrix<Scalar, n, p>& scaled,
+                   Matrix<Scalar, n, p>& gain) const {
+    if constexpr (p == 1) {
+      assign(v, w);
+      kernel::scale(scaled, inverse_diagonal(0), w);
+      kernel::scale(gain, inverse_diagonal(0), w);
+      return;
+    }
+    for (int j = 0; j < p; ++j) {
+      v.col(j) = w.col(j);
+      for (int k = 0; k < j; ++k) v.col(j) -= v.col(k) * lower(j, k);
+      scaled.col(j) = v.col(j) * inverse_diagonal(j);
+    }
+    for (int j = p - 1; j >= 0; --j) {
+      gain.col(j) = scaled.col(j);
+      for (int k = j + 1; k < p; ++k) gain.col(j) -= gain.col(k) * lower(k, j);
+    }
+  }
+};
+
+/// S Π = L U of a general p×p matrix, columns exchanged for the largest pivot.
+template <typename Scalar, int p>
+struct GeneralFactor {
+  Matrix<Scalar, p, p> lu;  // unit lower triangle, and U above it
+  Vector<Scalar, p> inverse_diagonal;
+  int order[p];
+
+  /// `scale(i)`: the size of a unit of component i (√R_ii; with p = 1 R itself), which makes the pivot test
+  /// free of units. False where S is singular to rounding relative to that scale, or not finite.
+  [[nodiscard, gnu::always_inline]] bool factor(const Matrix<Scalar, p, p>& s,
+                                                const Vector<Scalar, p>& scale) {
+    constexpr Scalar slack = Scalar(4 * p) * std::numeric_limits<Scalar>::epsilon();
+    if constexpr (p == 1) {
+      order[0] = 0;
+      inverse_diagonal(0) = Scalar(1) / s(0, 0);
+      const Scalar size = std::abs(s(0, 0));
+      return size > slack * scale(0) && size <= std::numeric_limits<Scalar>::max();
+    }
+    lu = s;
+    for (int j = 0; j < p; ++j) order[j] = j;
+    bool regular = true;
+    for (int k = 0; k < p; ++k) {
+      int best = k;
+      for (int j = k + 1; j < p; ++j) {
+        if (std::abs(lu(k, j)) * scale(order[best]) > std::abs(lu(k, best)) * scale(order[j])) best = j;
+      }
+      if (best != k) {
+        lu.col(k).swap(lu.col(best));
+        std::swap(order[k], order[best]);
+      }
+      const Scalar pivot = lu(k, k);
+      const Scalar floor = scale(k) * scale(order[k]) + std::abs(s(k, order[k]));
+      regular &= std::abs(pivot) > slack * floor && std::isfinite(pivot);
+      const Scalar inverse = Scalar(1) / pivot;
+      inverse_diagonal(k) = inverse;
+      for (int i = k + 1; i < p; ++i) lu(i, k) *= inverse;
+      for (int j = k + 1; j < p; ++j) {
+        for (int i = k + 1; i < p; ++i) lu(i, j) -= lu(i, k) * lu(k, j);
+      }
+    }
+    return regular;
+  }
+
+  /// gain = w S⁻¹, for n×p w.
+  template <int n>
+  void right_solve(const Matrix<Scalar, n, p>& w, Matrix<Scalar, n, p>& gain) const {
+    if constexpr (p == 1) {
+      kernel::scale(gain, inverse_diagonal(0), w);
+      return;
+    }
+    for (int j = 0; j < p; ++j) {
+      gain.col(j) = w.col(order[j]);
+      for (int k = 0; k < j; ++k) gain.col(j) -= gain.col(k) * lu(k, j);
+      gain.col(j) *= inverse_diagonal(j);
+    }
+    for (int j = p - 1; j >= 0; --j) {
+      for (int k = j + 1; k < p; ++k) gain.col(j) -= gain.col(k) * lu(k, j);
+    }
+  }
+
+  /// S⁻¹ b.
+  [[nodiscard]] Vector<Scalar, p> solve(const Vector<Scalar, p>& b) const {
+    Vector<Scalar, p> z = b;
+    for (int i = 0; i < p; ++i) {
+      for (int k = 0; k < i; ++k) z(i) -= lu(i, k) * z(k);
+    }
+    for (int i = p - 1; i >= 0; --i) {
+      for (int k = i + 1; k < p; ++k) z(i) -= lu(i, k) * z(k);
+      z(i) *= inverse_diagonal(i);
+    }
+    Vector<Scalar, p> x;
+    for (int j = 0; j < p; ++j) x(order[j]) = z(j);
+    return x;
+  }
+};
+
+/// a = L Lᵀ of a symmetric positive semidefinite n×n matrix (lower triangle read), of any rank.
+template <typename Scalar, int n>
+struct SemidefiniteFactor {
+  Matrix<Scalar, n, n> L = Matrix<Scalar, n, n>::Zero();  // columns in pivot order; zero beyond the rank
+  int pivot[n];
+  int rank = 0;
+
+  /// Cholesky with diagonal pivoting. What is left when no pivot rises above the rounding of its own diagonal
+  /// entry is cut to zero, negative parts included; the test is relative to each entry, so units do not
+  /// matter.
+  explicit SemidefiniteFactor(const Matrix<Scalar, n, n>& a) {
+    constexpr Scalar slack = Scalar(4 * n) * std::numeric_limits<Scalar>::epsilon();
+    Vector<Scalar, n> left = a.diagonal();
+    for (int k = 0; k < n; ++k) {
+      int best = -1;
+      Scalar largest = slack;  // of what is left of a diagonal entry, relative to the entry
+      for (int i = 0; i < n; ++i) {
+        if (left(i) > largest * a(i, i)) {
+          best = i;
+          largest = left(i) / a(i, i);
+        }
+      }
+      if (best < 0) break;
+      const Scalar root = std::sqrt(left(best));
+      for (int i = 0; i < n; ++i) {
+        Scalar sum = i >= best ? a(i, best) : a(best, i);
+        for (int j = 0; j < k; ++j) sum -= L(i, j) * L(best, j);
+        L(i, k) = i == best ? root : sum / root;
+        left(i) = i == best ? Scalar(0) : left(i) - L(i, k) * L(i, k);
+      }
+      pivot[k] = best;
+      rank = k + 1;
+    }
+  }
+
+  /// out = bᵀ a⁺ b for a b in the range of a; false where some entry of b is farther from it than `slack`
+  /// allows.
+  [[nodiscard]] bool squared_norm(const Vector<Scalar, n>& b, const Vector<Scalar, n>& slack,
+                                  Scalar& out) const {
+    Vector<Scalar, n> left = b;
+    out = 0;
+    for (int k = 0; k < rank; ++k) {
+      const Scalar c = left(pivot[k]) / L(pivot[k], k);
+      left -= c * L.col(k);
+      out += c * c;
+    }
+    return (left.cwiseAbs().array() <= slack.array()).all();
+  }
+};
+
+}  // namespace jml::kernel
