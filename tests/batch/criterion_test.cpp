@@ -34,7 +34,8 @@ struct Square {
 using V = jml::Vector<double, 1>;
 const jml::Estimate<double, 1> prior{V(1.0), jml::Matrix<double, 1, 1>(2.0)};
 
-// x_0 = 2: ½ 1²/2; w = 1 (x = 3.5): ½ 1/4; y = 12: ½ (12 - 12.25)²/0.25; w = -2 (x = 2): ½ 4/4; y = 5: ½ 1/0.25.
+// x_0 = 2: ½ 1²/2; w = 1 (x = 3.5): ½ 1/4; y = 12: ½ (12 - 12.25)²/0.25; w = -2 (x = 2): ½ 4/4; y = 5: ½
+// 1/0.25.
 TEST(Criterion, ByHand) {
   const double expected = 0.25 + 0.125 + 0.125 + 0.5 + 2.0;
   jml::Criterion by_disturbance{Scalar{}, prior};
@@ -88,7 +89,8 @@ TEST(OneStepCost, OfALinearModelIsHalfTheNis) {
   jml::Noise noise(3);
   const auto dynamics = models::random_linear_dynamics<4, 2>(noise);
   const auto sensor = models::random_linear_sensor<4, 2>(noise);
-  jml::Estimate<double, 4> start{jml::Vector<double, 4>(1, -1, 0.5, 2), jml::Matrix<double, 4, 4>::Identity()};
+  jml::Estimate<double, 4> start{jml::Vector<double, 4>(1, -1, 0.5, 2),
+                                 jml::Matrix<double, 4, 4>::Identity()};
   start.P(0, 1) = start.P(1, 0) = 0.3;
   const jml::Vector<double, 2> y(0.7, -1.2);
   const auto check = [&](const auto& rule) {
@@ -106,7 +108,8 @@ TEST(OneStepCost, OfALinearModelIsHalfTheNis) {
 TEST(OneStepCost, OfTheExactStepIsTheLeast) {
   const models::VanDerPol d;
   const models::SaturatingPosition s;
-  jml::Filter filter{jml::Ekf{}, d, jml::Estimate<double, 2>{{1.5, 0.5}, 0.3 * jml::Matrix<double, 2, 2>::Identity()}};
+  jml::Filter filter{jml::Ekf{}, d,
+                     jml::Estimate<double, 2>{{1.5, 0.5}, 0.3 * jml::Matrix<double, 2, 2>::Identity()}};
   double excess = 0;
   for (int i = 0; i < 200; ++i) {
     const jml::Estimate<double, 2> before = filter.estimate();

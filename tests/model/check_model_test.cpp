@@ -44,8 +44,12 @@ struct WrongDynamics {
     if (mistake == 5) F(0, 1) = T(0);
     return F;
   }
-  jml::Matrix<double, 2, 1> disturbance_input() const { return mistake == 8 ? jml::Matrix<double, 2, 1>(0, 0.0 / 0.0) : sound.disturbance_input(); }
-  jml::Matrix<double, 1, 1> disturbance_covariance() const { return jml::Matrix<double, 1, 1>(mistake == 6 ? -1.0 : 1.0); }
+  jml::Matrix<double, 2, 1> disturbance_input() const {
+    return mistake == 8 ? jml::Matrix<double, 2, 1>(0, 0.0 / 0.0) : sound.disturbance_input();
+  }
+  jml::Matrix<double, 1, 1> disturbance_covariance() const {
+    return jml::Matrix<double, 1, 1>(mistake == 6 ? -1.0 : 1.0);
+  }
 };
 
 template <int mistake>
@@ -68,7 +72,9 @@ struct WrongSensor {
     if (mistake == 2) M = sound.measurement_jacobian(z);
     return M;
   }
-  jml::Matrix<double, 1, 1> noise_covariance() const { return jml::Matrix<double, 1, 1>(mistake == 3 ? 0.0 : 1e-2); }
+  jml::Matrix<double, 1, 1> noise_covariance() const {
+    return jml::Matrix<double, 1, 1>(mistake == 3 ? 0.0 : 1e-2);
+  }
 };
 
 void expect_only(const jml::ModelReport& report, Function function, Fault fault, int row, int column) {
@@ -94,8 +100,10 @@ TEST(CheckModel, IsSilentOnSoundModels) {
 
 TEST(CheckModel, NamesTwelveMistakes) {
   expect_only(jml::check_model(WrongDynamics<1>{}, x), Function::jacobian, Fault::disagrees_with_duals, 1, 0);
-  expect_only(jml::check_model(WrongDynamics<1>{}, x), Function::jacobian, Fault::disagrees_with_differences, 1, 0);
-  expect_only(jml::check_model(WrongDynamics<2>{}, x), Function::jacobian, Fault::disagrees_with_duals, -1, -1);
+  expect_only(jml::check_model(WrongDynamics<1>{}, x), Function::jacobian, Fault::disagrees_with_differences,
+              1, 0);
+  expect_only(jml::check_model(WrongDynamics<2>{}, x), Function::jacobian, Fault::disagrees_with_duals, -1,
+              -1);
   expect_only(jml::check_model(WrongDynamics<3>{}, x), Function::jacobian, Fault::disagrees_with_duals, 1, 1);
   expect_only(jml::check_model(WrongDynamics<4>{}, x), Function::sdc, Fault::breaks_definition, 1, 0);
   expect_only(jml::check_model(WrongDynamics<5>{}, x), Function::sdc, Fault::breaks_definition, 0, 0);
@@ -126,7 +134,9 @@ struct DoubleIntegrator {
     return {z(1), T(0)};
   }
   jml::Matrix<double, 2, 1> disturbance_input() const { return {0, 1}; }
-  jml::Matrix<double, 1, 1> disturbance_spectral_density() const { return jml::Matrix<double, 1, 1>(density); }
+  jml::Matrix<double, 1, 1> disturbance_spectral_density() const {
+    return jml::Matrix<double, 1, 1>(density);
+  }
 };
 
 /// Van der Pol in continuous time, eqs. (19)-(22).
@@ -158,19 +168,23 @@ TEST(Discretize, VanLoanOfADoubleIntegrator) {
   EXPECT_NEAR(Q(1, 1), q * h, 1e-15);
 }
 
-// Held noise is G dt, Q/dt: to first order in dt the same G Q Gᵀ; the Euler step is the discrete model of the paper.
+// Held noise is G dt, Q/dt: to first order in dt the same G Q Gᵀ; the Euler step is the discrete model of the
+// paper.
 TEST(Discretize, EulerWithHeldNoiseIsTheDiscreteVanDerPol) {
   const auto step = jml::discretize<jml::Euler, jml::HeldNoise>(ContinuousVanDerPol{});
   const models::VanDerPol expected{.dt = 0.04};
   const jml::Instant<double> at{0, 0.04, {}};
   EXPECT_LT((jml::dynamics(step, x, at) - expected.dynamics(x)).norm(), 1e-16);
   EXPECT_LT((jml::dynamics_jacobian(step, x, at) - expected.dynamics_jacobian(x)).norm(), 1e-15);
-  EXPECT_LT((jml::dynamics_sdc<true>(step, x, jml::Vector<double, 2>(0, 0), at) - expected.dynamics_sdc(x)).norm(), 1e-15);
+  EXPECT_LT(
+      (jml::dynamics_sdc<true>(step, x, jml::Vector<double, 2>(0, 0), at) - expected.dynamics_sdc(x)).norm(),
+      1e-15);
   EXPECT_LT((jml::disturbance_input(step, x, at) - expected.disturbance_input()).norm(), 1e-16);
   EXPECT_LT((jml::disturbance_covariance(step, x, at) - expected.disturbance_covariance()).norm(), 1e-13);
 }
 
-// The Runge-Kutta step's own Jacobian and SDC, carried through its stages, hold their definitions; its order is 4.
+// The Runge-Kutta step's own Jacobian and SDC, carried through its stages, hold their definitions; its order
+// is 4.
 TEST(Discretize, RungeKuttaCarriesJacobianAndSdc) {
   const auto step = jml::discretize<jml::RungeKutta4>(ContinuousVanDerPol{});
   EXPECT_TRUE(jml::check_model(step, x, jml::Instant<double>{0, 0.2, {}}).ok());

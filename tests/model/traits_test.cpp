@@ -22,7 +22,9 @@ struct jml::DynamicsTraits<foreign::Oscillator> : jml::DynamicsDefaults {
     return {x(0) + 0.1 * x(1), x(1) - 0.1 * model.stiffness * x(0)};
   }
   static jml::Matrix<double, 2, 1> disturbance_input(const foreign::Oscillator&) { return {0, 0.1}; }
-  static jml::Matrix<double, 1, 1> disturbance_covariance(const foreign::Oscillator&) { return jml::Matrix<double, 1, 1>(1.0); }
+  static jml::Matrix<double, 1, 1> disturbance_covariance(const foreign::Oscillator&) {
+    return jml::Matrix<double, 1, 1>(1.0);
+  }
 };
 
 template <>
@@ -32,7 +34,9 @@ struct jml::SensorTraits<foreign::Encoder> : jml::SensorDefaults {
   static jml::Vector<T, 1> measurement(const foreign::Encoder&, const jml::Vector<T, 2>& x) {
     return jml::Vector<T, 1>(x(0));
   }
-  static jml::Matrix<double, 1, 1> noise_covariance(const foreign::Encoder&) { return jml::Matrix<double, 1, 1>(0.01); }
+  static jml::Matrix<double, 1, 1> noise_covariance(const foreign::Encoder&) {
+    return jml::Matrix<double, 1, 1>(0.01);
+  }
 };
 
 namespace {
@@ -41,7 +45,9 @@ using V1 = jml::Vector<double, 1>;
 using M1 = jml::Matrix<double, 1, 1>;
 
 TEST(Traits, SpecialisedFromOutside) {
-  jml::Filter filter{jml::Ekf{}, foreign::Oscillator{}, jml::Estimate{jml::Vector<double, 2>(1, 0), 0.5 * jml::Matrix<double, 2, 2>::Identity()}};
+  jml::Filter filter{
+      jml::Ekf{}, foreign::Oscillator{},
+      jml::Estimate{jml::Vector<double, 2>(1, 0), 0.5 * jml::Matrix<double, 2, 2>::Identity()}};
   ASSERT_EQ(filter.step(foreign::Encoder{}, 1.0).status, jml::Status::ok);
   // By hand: F = [1 .1; -.2 1], N = F P Fᵀ + diag(0, .01), K = N e_1 / (N_11 + .01), x⁺ = F x + K (1 - 1).
   const double n11 = 0.5 * (1 + 0.01), n21 = 0.5 * (-0.2 + 0.1);
@@ -58,7 +64,8 @@ struct Walk {
   jml::Vector<T, 1> dynamics(const jml::Vector<T, 1>& x) const {
     return x;
   }
-  jml::Matrix<float, 1, 1> disturbance_covariance(const jml::Vector<float, 1>&, const jml::Instant<float>&) const {
+  jml::Matrix<float, 1, 1> disturbance_covariance(const jml::Vector<float, 1>&,
+                                                  const jml::Instant<float>&) const {
     return jml::Matrix<float, 1, 1>(5.0F);
   }
 };
@@ -120,7 +127,9 @@ TEST(Discretize, VanLoanOfAStiffModel) {
   for (const double a : {2.0, 200.0, 5000.0}) {
     const auto step = jml::discretize<jml::RungeKutta4>(Decay{.a = a});
     const double expected = 3 * (1 - std::exp(-2 * a * 0.1)) / (2 * a);
-    EXPECT_NEAR(jml::disturbance_covariance(step, V1(0.0), jml::Instant<double>{0, 0.1, {}})(0, 0), expected, 1e-12 * expected) << a;
+    EXPECT_NEAR(jml::disturbance_covariance(step, V1(0.0), jml::Instant<double>{0, 0.1, {}})(0, 0), expected,
+                1e-12 * expected)
+        << a;
   }
 }
 
@@ -128,7 +137,9 @@ TEST(Discretize, VanLoanOfAStiffModel) {
 struct HalfDefined {
   static constexpr int states = 2;
   jml::Vector<double, 2> dynamics(const jml::Vector<double, 2>& x) const { return {x(0), 0.0 / 0.0}; }
-  jml::Matrix<double, 2, 2> dynamics_jacobian(const jml::Vector<double, 2>&) const { return jml::Matrix<double, 2, 2>::Identity(); }
+  jml::Matrix<double, 2, 2> dynamics_jacobian(const jml::Vector<double, 2>&) const {
+    return jml::Matrix<double, 2, 2>::Identity();
+  }
 };
 struct First {
   static constexpr int measurements = 1;
@@ -141,7 +152,8 @@ struct First {
 };
 
 TEST(Refusal, OfANanThatNobodyLooksAt) {
-  const jml::Estimate<double, 2> start{jml::Vector<double, 2>(1, 2), 0.01 * jml::Matrix<double, 2, 2>::Identity()};
+  const jml::Estimate<double, 2> start{jml::Vector<double, 2>(1, 2),
+                                       0.01 * jml::Matrix<double, 2, 2>::Identity()};
   jml::Filter filter{jml::Ekf{}, HalfDefined{}, start};
   for (const double probability : {0.99, 1.0}) {
     filter.gate = {probability};

@@ -31,6 +31,8 @@ struct GainRule {
   static constexpr EvaluatedAt evaluated_at = point;
   static constexpr bool about_origin = std::is_same_v<Reference, AboutOrigin>;
   static constexpr bool about_estimate = std::is_same_v<Reference, AboutEstimate>;
+  static constexpr bool uses_sdc =  ///< false: the reference plays no part
+      a == Slot::sdc || b == Slot::sdc || d == Slot::sdc || e == Slot::sdc;
 
   [[no_unique_address]] Reference reference{};
 
