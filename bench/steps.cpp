@@ -2,6 +2,7 @@
 // Time of one filter step against the same step written by hand, all in one binary and on the same data.
 #include <benchmark/benchmark.h>
 
+#include <Eigen/Cholesky>
 #include <array>
 #include <jml/jml.hpp>
 #include <string>
@@ -104,12 +105,42 @@ void limit_step(benchmark::State& state, const Case& c) {
   }
 }
 
+/// The EKF step as one writes it in fixed-size Eigen, nothing checked and nothing reported.
+template <typename Case>
+void eigen_step(benchmark::State& state, const Case& c) {
+  constexpr int n = Case::n, p = Case::p;
+  using Square = jml::Matrix<double, n, n>;
+  auto estimate = c.start;
+  Square noise = Square::Zero();
+  const bool valid =
+      jml::detail::ProcessNoise<double, decltype(c.dynamics)>(c.dynamics)
+          .with(c.dynamics, c.start.x, jml::Instant<double>{}, [&](const auto& GQG) { noise = GQG; });
+  if (!valid) state.SkipWithError("Q is no covariance");
+  const jml::Matrix<double, p, p> R = c.sensor.noise_covariance();
+  int i = 0;
+  for (auto _ : state) {
+    const Square A = c.dynamics.dynamics_jacobian(estimate.x);
+    const jml::Vector<double, n> x = c.dynamics.dynamics(estimate.x);
+    const Square N = A * estimate.P * A.transpose() + noise;
+    const jml::Matrix<double, p, n> H = c.sensor.measurement_jacobian(x);
+    const jml::Matrix<double, n, p> NH = N * H.transpose();
+    const jml::Matrix<double, p, p> S = H * NH + R;
+    const jml::Matrix<double, n, p> K = S.llt().solve(NH.transpose()).transpose();
+    estimate.x = x + K * (c.y[i] - c.sensor.measurement(x));
+    const Square P = N - K * NH.transpose();
+    estimate.P = (P + P.transpose()) / 2;
+    benchmark::DoNotOptimize(estimate);
+    i = (i + 1) % 64;
+  }
+}
+
 template <typename Case, typename Iterated>
 void register_case(const std::string& size, const Case& c, const Iterated& iterated) {
   const auto add = [&](const char* name, auto run) {
     benchmark::RegisterBenchmark((name + size).c_str(), run);
   };
   add("limit_step/", [c](benchmark::State& s) { limit_step<true>(s, c); });
+  add("eigen_step/", [c](benchmark::State& s) { eigen_step(s, c); });
   add("ekf_step/", [c](benchmark::State& s) { library_step(s, jml::Ekf{}, c); });
   add("jml_limit_step/", [c](benchmark::State& s) { limit_step<false>(s, c); });
   add("jml_step/", [c](benchmark::State& s) { library_step(s, jml::Jml{}, c); });
