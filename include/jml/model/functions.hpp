@@ -5,96 +5,12 @@
 /// `at` is an Instant; a model that does not ask for it never sees it. Results are plain fixed-size values.
 #pragma once
 
+#include <jml/model/call.hpp>
 #include <jml/model/jacobian.hpp>
 #include <jml/model/sdc.hpp>
-#include <jml/model/traits.hpp>
 #include <type_traits>
 
 namespace jml {
-
-namespace detail {
-
-/// Calls function(x, at), function(x) or function(), the first that exists.
-template <typename Function, typename X, typename At>
-constexpr auto call(const Function& function, const X& x, const At& at) {
-  if constexpr (std::is_invocable_v<Function, X, At>)
-    return function(x, at);
-  else if constexpr (std::is_invocable_v<Function, X>)
-    return function(x);
-  else
-    return function();
-}
-template <typename Function, typename X, typename At>
-concept Callable =
-    std::is_invocable_v<Function, X, At> || std::is_invocable_v<Function, X> || std::is_invocable_v<Function>;
-
-/// What call() would return, found without looking into the function: a body meant for double alone must not
-/// be instantiated for anything else.
-template <typename Function, typename X, typename At>
-struct Result : std::invoke_result<Function> {};
-template <typename Function, typename X, typename At>
-  requires(std::is_invocable_v<Function, X> && !std::is_invocable_v<Function, X, At>)
-struct Result<Function, X, At> : std::invoke_result<Function, X> {};
-template <typename Function, typename X, typename At>
-  requires std::is_invocable_v<Function, X, At>
-struct Result<Function, X, At> : std::invoke_result<Function, X, At> {};
-
-/// Callable, and answers in the scalar of x: a function written for double alone does not serve dual numbers.
-template <typename Function, typename X, typename At>
-concept Generic = Callable<Function, X, At> &&
-                  std::is_same_v<typename std::remove_cvref_t<typename Result<Function, X, At>::type>::Scalar,
-                                 typename X::Scalar>;
-
-/// Refuses at compile time what a model function must not return.
-template <int rows, int cols, typename Function, typename X, typename At>
-consteval bool require_shape() {
-  if constexpr (Callable<Function, X, At>) {
-    using Value = std::remove_cvref_t<typename Result<Function, X, At>::type>;
-    if constexpr (requires { Value::RowsAtCompileTime; }) {
-      static_assert(
-          std::is_base_of_v<Eigen::PlainObjectBase<Value>, Value>,
-          "jml: a model function must return a jml::Vector or jml::Matrix, not auto of an Eigen expression, "
-          "which would refer to what is gone");
-      static_assert(
-          int(Value::RowsAtCompileTime) == rows && int(Value::ColsAtCompileTime) == cols,
-          "jml: a model function returns a matrix of the wrong size: f n, f_x and F n×n, G n×q, Q q×q, "
-          "w̄ q, m p, m_x and M p×n, R p×p");
-    } else {
-      static_assert(
-          requires { Value::RowsAtCompileTime; },
-          "jml: a model function must return a jml::Vector or jml::Matrix, also where it is 1×1");
-    }
-  }
-  return true;
-}
-
-// One caller per function; the trait decides which arities exist.
-template <typename D>
-constexpr auto dynamics_of(const D& d) {
-  return [&d](const auto&... a) -> decltype(DynamicsTraits<D>::dynamics(d, a...)) {
-    return DynamicsTraits<D>::dynamics(d, a...);
-  };
-}
-template <typename D>
-constexpr auto jacobian_of(const D& d) {
-  return [&d](const auto&... a) -> decltype(DynamicsTraits<D>::jacobian(d, a...)) {
-    return DynamicsTraits<D>::jacobian(d, a...);
-  };
-}
-template <typename S>
-constexpr auto measurement_of(const S& s) {
-  return [&s](const auto&... a) -> decltype(SensorTraits<S>::measurement(s, a...)) {
-    return SensorTraits<S>::measurement(s, a...);
-  };
-}
-template <typename S>
-constexpr auto sensor_jacobian_of(const S& s) {
-  return [&s](const auto&... a) -> decltype(SensorTraits<S>::jacobian(s, a...)) {
-    return SensorTraits<S>::jacobian(s, a...);
-  };
-}
-
-}  // namespace detail
 
 template <typename D>
 inline constexpr int states_of = DynamicsTraits<D>::states;
