@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What a step can answer. Every refusal has a name, and none of them touches the last good estimate.
+/// What a step or a solver can answer. Every refusal has a name, and none of them touches the last good
+/// estimate.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +14,14 @@ enum class Status : std::uint8_t {
   accepted_at_rounding,  ///< iterated step: the root is exact to rounding, though its residual is above the
                          ///< tolerance
   accepted_at_limit,     ///< iterated step: the sweeps asked for were made and their result taken as it is
-  invalid_option,        ///< a tolerance, probability or bound outside its range
-  invalid_time_step,     ///< dt is negative or not finite, or time is not finite
-  invalid_control,       ///< the control input is not finite
-  invalid_state,         ///< the prior state is not finite
-  invalid_covariance,    ///< the prior P is not finite, not symmetric where it must be, or indefinite
-  invalid_measurement,   ///< y is not finite
+  accepted_critical,    ///< algebraic Riccati equation with a double eigenvalue at the split: solved, and the
+                        ///< error reported beside it says how many digits are left
+  invalid_option,       ///< a tolerance, probability or bound outside its range
+  invalid_time_step,    ///< dt is negative or not finite, or time is not finite
+  invalid_control,      ///< the control input is not finite
+  invalid_state,        ///< the prior state is not finite
+  invalid_covariance,   ///< the prior P is not finite, not symmetric where it must be, or indefinite
+  invalid_measurement,  ///< y is not finite
   invalid_disturbance_covariance,  ///< Q is not finite, not symmetric or indefinite; or G is not finite
   invalid_noise_covariance,        ///< R is not finite, not symmetric or not positive definite
   dynamics_not_finite,             ///< f, its Jacobian or its SDC matrix gave a NaN or an infinity
@@ -29,6 +32,15 @@ enum class Status : std::uint8_t {
   covariance_lost,        ///< the new P is not finite, or has a negative variance in a symmetric rule
   not_converged,          ///< no root of the implicit step was found within the bounds
   not_a_trajectory,       ///< the criterion J is not defined for this sequence of states
+  riccati_escape,    ///< P of a nonsymmetric rule grows beyond all bounds in finite time, or faster than this
+                     ///< step can follow
+  step_too_long,     ///< a fixed step beyond the stability of the integrator at this gain
+  step_limit,        ///< the integrator used all its steps before the end of the interval
+  accuracy_not_met,  ///< the integrator could not meet its tolerances
+  integrator_failed,        ///< the integrator ran out of memory, or its linear algebra failed
+  no_stabilizing_solution,  ///< algebraic Riccati equation: an unstable mode is not detectable (or not
+                            ///< stabilisable), so that no solution stabilises
+  eigenvalues_on_axis,  ///< algebraic Riccati equation: eigenvalues on the imaginary axis, no gap to split at
 };
 
 /// Who found the root of an implicit step.
@@ -44,7 +56,7 @@ enum class Solver : std::uint8_t {
 /// True where the result may be used (it replaced the estimate).
 [[nodiscard]] constexpr bool usable(Status status) {
   return status == Status::ok || status == Status::accepted_at_rounding ||
-         status == Status::accepted_at_limit;
+         status == Status::accepted_at_limit || status == Status::accepted_critical;
 }
 
 /// One line for a log.
@@ -56,6 +68,8 @@ enum class Solver : std::uint8_t {
       return "accepted: root exact to rounding, residual above the tolerance";
     case Status::accepted_at_limit:
       return "accepted: the bounded number of sweeps was made";
+    case Status::accepted_critical:
+      return "accepted: a critical Riccati equation, with the error that is reported";
     case Status::invalid_option:
       return "refused: an option is outside its range";
     case Status::invalid_time_step:
@@ -86,6 +100,20 @@ enum class Solver : std::uint8_t {
       return "refused: the implicit step did not converge";
     case Status::not_a_trajectory:
       return "refused: the states are no trajectory of the model";
+    case Status::riccati_escape:
+      return "refused: P escapes to infinity within the step, or faster than the step can follow";
+    case Status::step_too_long:
+      return "refused: the fixed step is too long for this gain; take more substeps or a stiff integrator";
+    case Status::step_limit:
+      return "refused: the integrator used all its steps before the end of the interval";
+    case Status::accuracy_not_met:
+      return "refused: the integrator cannot meet its tolerances";
+    case Status::integrator_failed:
+      return "refused: the integrator ran out of memory or its linear algebra failed";
+    case Status::no_stabilizing_solution:
+      return "refused: the Riccati equation has no stabilising solution";
+    case Status::eigenvalues_on_axis:
+      return "refused: the Riccati equation has eigenvalues on the imaginary axis";
   }
   return "unknown status";
 }

@@ -22,6 +22,24 @@ concept ContinuousDynamics =
 template <typename S>
 concept Sensor = SensorTraits<S>::measurements > 0;
 
+/// A sensor whose measurement is there all the time, with a spectral density of its noise.
+template <typename S, typename X, typename At>
+constexpr bool has_noise_spectral_density() {
+  using T = SensorTraits<S>;
+  return requires(const S& s) { T::noise_spectral_density(s); } || requires(const S& s, const X& x) {
+    T::noise_spectral_density(s, x);
+  } || requires(const S& s, const X& x, const At& at) { T::noise_spectral_density(s, x, at); };
+}
+
+/// A sensor of samples, with their covariance.
+template <typename S, typename X, typename At>
+constexpr bool has_noise_covariance() {
+  using T = SensorTraits<S>;
+  return requires(const S& s) { T::noise_covariance(s); } || requires(const S& s, const X& x) {
+    T::noise_covariance(s, x);
+  } || requires(const S& s, const X& x, const At& at) { T::noise_covariance(s, x, at); };
+}
+
 /// True where f, f_x, G or Q of this model take an Instant: then a step needs its dt.
 template <typename Scalar, typename D>
 constexpr bool reads_instant() {
@@ -34,6 +52,7 @@ constexpr bool reads_instant() {
          requires(const D& d, const X& x, const At& at) { T::sdc_about(d, x, x, at); } ||
          requires(const D& d, const X& x, const At& at) { T::disturbance_input(d, x, at); } ||
          requires(const D& d, const X& x, const At& at) { T::disturbance_covariance(d, x, at); } ||
+         requires(const D& d, const X& x, const At& at) { T::disturbance_spectral_density(d, x, at); } ||
          requires(const D& d, const X& x, const At& at) { T::disturbance_mean(d, x, at); };
 }
 
@@ -68,6 +87,22 @@ consteval bool require_discrete() {
       !requires(const D& d) { d.disturbance_spectral_density(); },
       "jml: disturbance_spectral_density() belongs to continuous dynamics; a discrete model has "
       "disturbance_covariance(), a covariance per step");
+  return true;
+}
+
+template <typename D>
+consteval bool require_continuous() {
+  static_assert(
+      DynamicsTraits<D>::states > 0,
+      "jml: a dynamics model needs `static constexpr int states` (or a DynamicsTraits specialisation)");
+  static_assert(
+      ContinuousDynamics<D>,
+      "jml: this dynamics model is discrete in time: a continuous filter wants ẋ = f(x), which says "
+      "`using time_domain = jml::ContinuousTime;`; for x⁺ = f(x) take jml::Filter");
+  static_assert(
+      !requires(const D& d) { d.disturbance_covariance(); },
+      "jml: disturbance_covariance() is per step and belongs to discrete dynamics; a continuous model has "
+      "disturbance_spectral_density()");
   return true;
 }
 

@@ -10,14 +10,13 @@
 
 #include <jml/factors.hpp>
 #include <jml/model/concepts.hpp>
+#include <jml/solve/runge_kutta.hpp>
 #include <unsupported/Eigen/MatrixFunctions>
 
 namespace jml {
 
 /// x⁺ = x + dt f(x). Order 1.
 struct Euler {};
-/// The classical fourth-order Runge-Kutta step, control held.
-struct RungeKutta4 {};
 
 /// Noise of the step by Van Loan (1978, IEEE TAC 23): ∫₀^dt e^{As} G Q Gᵀ e^{Aᵀs} ds with A = f_x(x), from
 /// one exponential of a 2n×2n matrix. n disturbances, G = I.
@@ -104,13 +103,7 @@ class Discretized {
                                                                const Instant<S, controls>& at) const
     requires(q > 0)
   {
-    const auto density =
-        [this](const auto&... a) -> decltype(Traits::disturbance_spectral_density(continuous, a...)) {
-      return Traits::disturbance_spectral_density(continuous, a...);
-    };
-    static_assert(detail::Callable<decltype(density), Vector<S, n>, Instant<S, controls>>,
-                  "jml: continuous dynamics with disturbances need disturbance_spectral_density(), q×q");
-    const Matrix<S, q, q> Q = detail::call(density, x, at).template cast<S>();
+    const Matrix<S, q, q> Q = jml::disturbance_spectral_density(continuous, x, at);
     if constexpr (!van_loan) {
       return at.dt > S(0) ? Matrix<S, q, q>(Q / at.dt) : Matrix<S, q, q>(Matrix<S, q, q>::Zero());
     } else {
@@ -180,6 +173,58 @@ class Discretized {
 template <typename Integrator, typename NoiseModel = VanLoan, ContinuousDynamics Continuous>
 [[nodiscard]] Discretized<Continuous, Integrator, NoiseModel> discretize(const Continuous& model) {
   return Discretized<Continuous, Integrator, NoiseModel>(model);
+}
+
+/// A sensor of continuous time as one of samples: R becomes R/dt, with the dt of the step. Made by sampled().
+///
+/// A sample then weighs as much as the measurement would over the step that it ends.
+template <typename Continuous>
+struct Sampled {
+  static constexpr int measurements = SensorTraits<Continuous>::measurements;
+  static constexpr bool linear = SensorTraits<Continuous>::linear;
+  Continuous continuous;
+};
+
+template <typename Continuous>
+struct SensorTraits<Sampled<Continuous>> : SensorTraits<Continuous> {
+  using Of = SensorTraits<Continuous>;
+  template <typename... A>
+  static constexpr auto measurement(const Sampled<Continuous>& s, const A&... a)
+      -> decltype(Of::measurement(s.continuous, a...)) {
+    return Of::measurement(s.continuous, a...);
+  }
+  template <typename... A>
+  static constexpr auto jacobian(const Sampled<Continuous>& s, const A&... a)
+      -> decltype(Of::jacobian(s.continuous, a...)) {
+    return Of::jacobian(s.continuous, a...);
+  }
+  template <typename... A>
+  static constexpr auto sdc(const Sampled<Continuous>& s, const A&... a)
+      -> decltype(Of::sdc(s.continuous, a...)) {
+    return Of::sdc(s.continuous, a...);
+  }
+  template <typename... A>
+  static constexpr auto sdc_about(const Sampled<Continuous>& s, const A&... a)
+      -> decltype(Of::sdc_about(s.continuous, a...)) {
+    return Of::sdc_about(s.continuous, a...);
+  }
+  template <typename... A>
+  static constexpr auto residual(const Sampled<Continuous>& s, const A&... a)
+      -> decltype(Of::residual(s.continuous, a...)) {
+    return Of::residual(s.continuous, a...);
+  }
+  template <typename X, typename At>
+  static auto noise_covariance(const Sampled<Continuous>& s, const X& x, const At& at) {
+    return Matrix<typename X::Scalar, Of::measurements, Of::measurements>(
+        noise_spectral_density(s.continuous, x, at) / at.dt);
+  }
+};
+
+/// A discrete sensor from one of continuous time: `jml::sampled(sensor)`. A correction alone, whose dt is
+/// zero, is refused.
+template <typename Continuous>
+[[nodiscard]] Sampled<Continuous> sampled(const Continuous& sensor) {
+  return {sensor};
 }
 
 }  // namespace jml

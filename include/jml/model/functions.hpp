@@ -129,7 +129,26 @@ Matrix<T, DynamicsTraits<D>::disturbances, DynamicsTraits<D>::disturbances> dist
   }
 }
 
-/// f(x) + G w̄, n: the prediction.
+/// Q of continuous dynamics, q×q, a two-sided spectral density.
+template <typename T, int n, typename D, typename At>
+Matrix<T, DynamicsTraits<D>::disturbances, DynamicsTraits<D>::disturbances> disturbance_spectral_density(
+    const D& d, const Vector<T, n>& x, const At& at) {
+  using Traits = DynamicsTraits<D>;
+  const auto given = [&d](const auto&... a) -> decltype(Traits::disturbance_spectral_density(d, a...)) {
+    return Traits::disturbance_spectral_density(d, a...);
+  };
+  static_assert(Traits::disturbances == 0 || detail::Callable<decltype(given), Vector<T, n>, At>,
+                "jml: continuous dynamics with disturbances need disturbance_spectral_density(), q×q");
+  if constexpr (Traits::disturbances == 0) {
+    return {};
+  } else {
+    static_assert(detail::require_shape<Traits::disturbances, Traits::disturbances, decltype(given),
+                                        Vector<T, n>, At>());
+    return detail::call(given, x, at).template cast<T>();
+  }
+}
+
+/// f(x) + G w̄, n: the prediction, or the mean of ẋ.
 template <typename T, int n, typename D, typename At>
 [[gnu::always_inline]] inline Vector<T, n> predicted_state(const D& d, const Vector<T, n>& x, const At& at) {
   using Traits = DynamicsTraits<D>;
@@ -225,6 +244,23 @@ template <typename T, int n, typename S, typename At>
   };
   static_assert(detail::Callable<decltype(given), Vector<T, n>, At>,
                 "jml: a sensor needs noise_covariance(), p×p, as (), (x) or (x, at), const");
+  static_assert(
+      detail::require_shape<measurements_of<S>, measurements_of<S>, decltype(given), Vector<T, n>, At>());
+  return detail::call(given, x, at).template cast<T>();
+}
+
+/// R of a measurement in continuous time, p×p, a two-sided spectral density.
+template <typename T, int n, typename S, typename At>
+[[gnu::always_inline]] inline Matrix<T, measurements_of<S>, measurements_of<S>> noise_spectral_density(
+    const S& s, const Vector<T, n>& x, const At& at) {
+  using Traits = SensorTraits<S>;
+  const auto given = [&s](const auto&... a) -> decltype(Traits::noise_spectral_density(s, a...)) {
+    return Traits::noise_spectral_density(s, a...);
+  };
+  static_assert(
+      detail::Callable<decltype(given), Vector<T, n>, At>,
+      "jml: a sensor in continuous time needs noise_spectral_density(), p×p, as (), (x) or (x, at), "
+      "const");
   static_assert(
       detail::require_shape<measurements_of<S>, measurements_of<S>, decltype(given), Vector<T, n>, At>());
   return detail::call(given, x, at).template cast<T>();

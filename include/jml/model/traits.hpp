@@ -180,10 +180,16 @@ struct SensorDefaults {
   static constexpr auto sdc_about(const M& m, const A&... a) -> decltype(m.measurement_sdc_about(a...)) {
     return m.measurement_sdc_about(a...);
   }
-  /// R, p×p, symmetric positive definite.
+  /// R of a sample, p×p, symmetric positive definite.
   template <typename M, typename... A>
   static constexpr auto noise_covariance(const M& m, const A&... a) -> decltype(m.noise_covariance(a...)) {
     return m.noise_covariance(a...);
+  }
+  /// R of a measurement that is there all the time, a two-sided spectral density, p×p, positive definite.
+  template <typename M, typename... A>
+  static constexpr auto noise_spectral_density(const M& m, const A&... a)
+      -> decltype(m.noise_spectral_density(a...)) {
+    return m.noise_spectral_density(a...);
   }
   /// y - ŷ where subtraction is not enough (angles: wrap to [-π, π]), arguments (y, ŷ), p. Optional.
   template <typename M, typename... A>
@@ -192,7 +198,8 @@ struct SensorDefaults {
   }
 };
 
-/// Sensor y = m(x) + v, cov v = R.
+/// Sensor y = m(x) + v: samples with cov v = R (noise_covariance), or a measurement in continuous time with v
+/// of spectral density R (noise_spectral_density).
 template <typename Model>
 struct SensorTraits : SensorDefaults {
   static constexpr int measurements = detail::count_of_measurements<Model>();  ///< p

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// G Q Gᵀ of discrete dynamics, formed and checked once where it is a constant.
+/// G Q Gᵀ of the dynamics, formed and checked once where it is a constant.
 #pragma once
 
 #include <jml/kernels.hpp>
@@ -9,8 +9,9 @@
 
 namespace jml::detail {
 
-/// G Q Gᵀ of discrete dynamics, n×n. Where G and Q are constants it is formed and checked once, here; a
-/// filter keeps this object beside its dynamics. Otherwise it is formed at each step, frozen at the estimate.
+/// G Q Gᵀ of the dynamics, n×n; Q is a covariance per step, or of continuous dynamics a spectral density.
+/// Where G and Q are constants it is formed and checked once, here; a filter keeps this object beside its
+/// dynamics. Otherwise it is formed at each step, frozen at the estimate.
 template <typename Scalar, typename D>
 class ProcessNoise {
   using Traits = DynamicsTraits<D>;
@@ -23,11 +24,17 @@ class ProcessNoise {
       "jml: disturbance_input exists but does not accept (), (x) or (x, at): check its arguments and const");
   static_assert(!identity_input || q == 0 || q == n,
                 "jml: the dynamics have fewer disturbances than states: give disturbance_input(), n×q");
-  static constexpr bool varies = requires(const D& d, const X& x) {
-    Traits::disturbance_covariance(d, x);
-  } || requires(const D& d, const X& x, const At& at) { Traits::disturbance_covariance(d, x, at); };
+  static constexpr bool continuous = ContinuousDynamics<D>;
+  // Whether Q may be asked with these arguments.
+  template <typename... A>
+  static constexpr bool gives_Q() {
+    if constexpr (continuous)
+      return requires(const D& d, const A&... a) { Traits::disturbance_spectral_density(d, a...); };
+    else
+      return requires(const D& d, const A&... a) { Traits::disturbance_covariance(d, a...); };
+  }
   static constexpr bool constant =
-      q == 0 || (requires(const D& d) { Traits::disturbance_covariance(d); } && !varies &&
+      q == 0 || (gives_Q<>() && !gives_Q<X>() && !gives_Q<X, At>() &&
                  (identity_input || requires(const D& d) { Traits::disturbance_input(d); }));
 
  public:
@@ -57,7 +64,11 @@ class ProcessNoise {
   static bool form(const D& d, const X& x, const At& at, Matrix<Scalar, n, n>& out) {
     out.setZero();
     if constexpr (q > 0) {
-      const Matrix<Scalar, q, q> Q = disturbance_covariance(d, x, at);
+      Matrix<Scalar, q, q> Q;
+      if constexpr (continuous)
+        Q = disturbance_spectral_density(d, x, at);
+      else
+        Q = disturbance_covariance(d, x, at);
       if (!is_covariance(Q)) return false;
       if constexpr (identity_input && q == n) {
         out = Q;
