@@ -58,6 +58,20 @@ template <typename Scalar, int rows, int cols>
   }
 }
 
+/// to = start + factor · from, likewise. `to` may be `start`.
+template <typename Scalar, int rows, int cols>
+[[gnu::always_inline]] inline void add_scaled(Matrix<Scalar, rows, cols>& to,
+                                              const Matrix<Scalar, rows, cols>& start, Scalar factor,
+                                              const Matrix<Scalar, rows, cols>& from) {
+  if constexpr (rows * cols <= 9) {
+    repeat<rows * cols, 9>([&](int i) __attribute__((always_inline)) {
+      to.data()[i] = start.data()[i] + factor * from.data()[i];
+    });
+  } else {
+    to = start + factor * from;
+  }
+}
+
 }  // namespace kernel
 
 /// True if every entry is finite. 0·v is zero exactly where v is finite: four sums and no branch.

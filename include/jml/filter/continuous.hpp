@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The filter in continuous time: a rule of Table 1 over ẋ = f(x) + G w, moved from sample to sample by an
+/// integrator (Rusnak 2018, eqs. (17)-(19)), or, with discrete measurements, between them.
+#pragma once
+
+#include <concepts>
+#include <jml/riccati/difference.hpp>
+#include <jml/riccati/differential.hpp>
+#include <jml/solve/runge_kutta.hpp>
+#include <utility>
+
+namespace jml {
+
+/// A measurement that moves in a straight line over an interval, from the last sample to the next one. The
+/// right-hand side then has a kink at the samples and no jump: CVODE goes on without a restart.
+template <typename Scalar, int p>
+struct Line {
+  Line(const Vector<Scalar, p>& start, const Vector<Scalar, p>& end) : from(start), to(end) {}
+  Line(Scalar start, Scalar end)
+    requires(p == 1)
+      : from(Vector<Scalar, p>::Constant(start)), to(Vector<Scalar, p>::Constant(end)) {}
+  Vector<Scalar, p> from, to;
+};
+template <typename Scalar, int p>
+Line(const Vector<Scalar, p>&, const Vector<Scalar, p>&) -> Line<Scalar, p>;
+template <std::floating_point Scalar>
+Line(Scalar, Scalar) -> Line<Scalar, 1>;
+
+namespace detail {
+
+/// y(t) of a sample that is held.
+template <typename Scalar, int p>
+struct HeldSignal {
+  const Vector<Scalar, p>& y;
+  const Vector<Scalar, p>& operator()(double) const { return y; }
+};
+
+/// y(t) between two samples; `change` is the sensor's own difference, so that an angle takes the short way.
+template <typename Scalar, int p>
+struct LineSignal {
+  Vector<Scalar, p> from, change;
+  double start, length;
+  Vector<Scalar, p> operator()(double time) const {
+    return from + static_cast<Scalar>((time - start) / length) * change;
+  }
+};
+
+struct NoSignal {
+  Vector<double, 0> operator()(double) const { return {}; }
+};
+
+/// What moves (x, P): the integrator itself, or what it keeps for one filter.
+template <typename Integrator, typename Scalar, int n>
+struct EngineOf {
+  using type = Integrator;
+};
+template <typename Integrator, typename Scalar, int n>
+  requires requires { typename Integrator::template Engine<Scalar, n>; }
+struct EngineOf<Integrator, Scalar, n> {
+  using type = typename Integrator::template Engine<Scalar, n>;
+};
+
+/// Why an interval ended in numbers that are no estimate.
+template <typename Flow, typename Scalar, int n>
+[[gnu::noinline]] Status blame_flow(Flow& flow, double start, double end, const Estimate<Scalar, n>& prior,
+                                    const Vector<Scalar, n>& x) {
+  if constexpr (Flow::measured) {
+    if (!all_finite(flow.measured_at(start)) || !all_finite(flow.measured_at(end)))
+      return Status::invalid_measurement;
+  }
+  typename Flow::X slope_x;
+  typename Flow::Square slope_P;
+  typename Flow::Report report;
+  const Status status = flow.derivative(start, prior.x, prior.P, slope_x, slope_P, &report);
+  if (status != Status::ok) return status;
+  if (!all_finite(predicted_state(flow.dynamics(), prior.x, flow.at(start))))
+    return Status::dynamics_not_finite;
+  if constexpr (Flow::measured) {
+    if (!all_finite(report.innovation) || !all_finite(report.gain)) return Status::sensor_not_finite;
+  }
+  if (!all_finite(slope_P)) return Status::dynamics_not_finite;
+  return Flow::symmetric || !all_finite(x) ? Status::covariance_lost : Status::riccati_escape;
+}
+
+}  // namespace detail
+
+/// A recursive estimator for a model in continuous time.
+///
+///     jml::ContinuousFilter filter{jml::Rnls{}, Oscillator{}, jml::Estimate{x0, P0}, jml::DavisonMaki{}};
+///     const auto report = filter.step(sensor, y, dt);                  // y held over dt
+///     const auto report = filter.step(sensor, jml::Line{y0, y1}, dt);  // y interpolated over dt
+///
+/// Rule: Kalman (Kalman-Bucy), Ekf, Sddre, Rnls. Integrator: RungeKutta4, DavisonMaki
+/// (riccati/davison_maki.hpp) or Cvode (filter/cvode.hpp). A sensor that has noise_spectral_density()
+/// measures all the time; one that has noise_covariance() gives samples: step() then propagates over dt and
+/// corrects with the sample at its end by the difference recursion. Every refusal leaves estimate and time as
+/// they were. No heap, but Cvode's.
+template <typename Rule, typename D, typename Integrator = RungeKutta4, typename Scalar = double>
+class ContinuousFilter {
+  using Traits = DynamicsTraits<D>;
+  static_assert(detail::require_continuous<D>());
+  static_assert(detail::require_linear_if_kalman<Rule, Traits::linear>());
+  static_assert(OnePassRule<Rule>,
+                "jml: an iterated rule has no meaning in continuous time: take Ekf, Sddre, Rnls or Kalman");
+
+ public:
+  static constexpr int states = Traits::states;
+  using State = Vector<Scalar, states>;
+  using Covariance = Matrix<Scalar, states, states>;
+  using Control = Vector<Scalar, Traits::controls>;
+  using At = Instant<Scalar, Traits::controls>;
+  template <typename S>
+  using Measurement = Vector<Scalar, measurements_of<S>>;
+
+  /// `initial.P`: symmetric positive semidefinite. `time`: s, of `initial`. A bad one does not throw:
+  /// status() names it, and every step answers it until reset() gives a good one.
+  ContinuousFilter(Rule rule, D dynamics, const Estimate<Scalar, states>& initial, Integrator integrator = {},
+                   double time = 0)
+      : rule_(std::move(rule)),
+        dynamics_(std::move(dynamics)),
+        process_noise_(dynamics_),
+        engine_(std::move(integrator)) {
+    reset(initial, time);
+  }
+  template <typename Other, int n>
+    requires(n != states)
+  ContinuousFilter(Rule rule, D dynamics, const Estimate<Other, n>&, Integrator integrator = {},
+                   double time = 0)
+      : ContinuousFilter(std::move(rule), std::move(dynamics), Estimate<Scalar, states>{},
+                         std::move(integrator), time) {
+    static_assert(n == states, "jml: the estimate has not as many states as the dynamics");
+  }
+
+  /// Innovation gate for samples (sensors with a covariance); off by default.
+  Gate gate;
+
+  /// Starts again from another estimate.
+  Status reset(const Estimate<Scalar, states>& estimate, double time) {
+    estimate_ = estimate;
+    time_ = time;
+    control_.setZero();
+    status_ = std::isfinite(time) ? check_estimate(rule_, estimate) : Status::invalid_time_step;
+    if (status_ == Status::ok && !process_noise_.valid()) status_ = Status::invalid_disturbance_covariance;
+    return status_;
+  }
+
+  /// Moves the estimate over dt under the measurement: a Vector of p (or a number, p = 1) that is held, a
+  /// Line, or any function double → Vector of p of the absolute time, smooth over the interval. dt: s, zero
+  /// or positive. With a sensor of samples: predict(dt), then update with the Vector; refused as a whole.
+  /// Answers a FlowReport, or the StepReport of the correction.
+  template <typename S, typename Signal>
+  [[nodiscard]] auto step(const S& sensor, const Signal& y, Scalar dt,
+                          const Control& control = Control::Zero()) {
+    static_assert(detail::require_sensor<S>());
+    constexpr bool always = has_noise_spectral_density<S, State, At>();
+    constexpr bool samples = has_noise_covariance<S, State, At>();
+    static_assert(always || samples,
+                  "jml: a sensor needs noise_spectral_density() (it measures all the time) or "
+                  "noise_covariance() (it gives samples), p×p, const");
+    static_assert(!(always && samples),
+                  "jml: this sensor has a noise_spectral_density() and a noise_covariance(): which of them a "
+                  "continuous filter is to use cannot be told, give it two sensors");
+    constexpr int p = measurements_of<S>;
+    if constexpr (always) {
+      if constexpr (std::is_convertible_v<Signal, Scalar>) {
+        static_assert(p == 1, "jml: a single number for a sensor of several measurements");
+        return step(sensor, Measurement<S>(Measurement<S>::Constant(static_cast<Scalar>(y))), dt, control);
+      } else if constexpr (requires { Measurement<S>(y(0.0)); } && !requires { Signal::RowsAtCompileTime; }) {
+        return move(sensor, y, dt, control);
+      } else if constexpr (requires { y.from; }) {
+        FlowReport<Scalar, states, p> refused;
+        refused.status = Status::invalid_measurement;
+        if (!all_finite(y.from) || !all_finite(y.to)) return refused;
+        const Measurement<S> change = measurement_residual(sensor, y.to, y.from);
+        return move(sensor, detail::LineSignal<Scalar, p>{y.from, change, time_, static_cast<double>(dt)}, dt,
+                    control);
+      } else {
+        const Measurement<S> held = y;
+        FlowReport<Scalar, states, p> refused;
+        refused.status = Status::invalid_measurement;
+        if (!all_finite(held)) return refused;
+        return move(sensor, detail::HeldSignal<Scalar, p>{held}, dt, control);
+      }
+    } else if constexpr (std::is_convertible_v<Signal, Scalar>) {
+      static_assert(p == 1, "jml: a single number for a sensor of several measurements");
+      return sample(sensor, Measurement<S>::Constant(static_cast<Scalar>(y)), dt, control);
+    } else {
+      return sample(sensor, y, dt, control);
+    }
+  }
+
+  /// Moves the estimate over dt without a measurement: Ṗ = A P + P Bᵀ + G Q Gᵀ.
+  [[nodiscard]] Status predict(Scalar dt, const Control& control = Control::Zero()) {
+    return move(detail::NoSensor{}, detail::NoSignal{}, dt, control).status;
+  }
+
+  /// Corrects with a sample of the present time, by the difference recursion.
+  template <typename S>
+  [[nodiscard]] StepReport<Scalar, states, measurements_of<S>> update(const S& sensor,
+                                                                      const Measurement<S>& y) {
+    StepReport<Scalar, states, measurements_of<S>> report;
+    report.status = status_;
+    if (status_ != Status::ok) return report;
+    const auto result = jml::update(rule_, sensor, estimate_, y, At{time_, Scalar(0), control_}, gate);
+    if (usable(result.report.status)) estimate_ = result.estimate;
+    return result.report;
+  }
+  template <typename S>
+    requires(measurements_of<S> <= 1)
+  [[nodiscard]] StepReport<Scalar, states, measurements_of<S>> update(const S& sensor, Scalar y) {
+    return update(sensor, Measurement<S>(Measurement<S>::Constant(y)));
+  }
+
+  [[nodiscard]] Status status() const { return status_; }  ///< of the estimate and the constants of the model
+  [[nodiscard]] const State& x() const { return estimate_.x; }
+  [[nodiscard]] const Covariance& P() const { return estimate_.P; }
+  [[nodiscard]] const Estimate<Scalar, states>& estimate() const { return estimate_; }
+  [[nodiscard]] double time() const { return time_; }  ///< s
+  [[nodiscard]] const D& dynamics() const { return dynamics_; }
+  [[nodiscard]] const Rule& rule() const { return rule_; }
+
+ private:
+  template <typename S, typename Signal>
+  FlowReport<Scalar, states, SensorTraits<S>::measurements> move(const S& sensor, const Signal& signal,
+                                                                 Scalar dt, const Control& control) {
+    FlowReport<Scalar, states, SensorTraits<S>::measurements> report;
+    report.status = status_;
+    if (status_ != Status::ok) return report;
+    State x;
+    Covariance P;
+    kernel::assign(x, estimate_.x);
+    kernel::assign(P, estimate_.P);
+    report.status = flow(sensor, signal, dt, control, x, P, report);
+    if (report.status != Status::ok) return report;
+    kernel::assign(estimate_.x, x);
+    kernel::assign(estimate_.P, P);
+    time_ += static_cast<double>(dt);
+    control_ = control;
+    return report;
+  }
+
+  /// x and P are touched on refusal too.
+  template <typename S, typename Signal, typename Report>
+  Status flow(const S& sensor, const Signal& signal, Scalar dt, const Control& control, State& x,
+              Covariance& P, Report& report) {
+    static_assert(detail::require_linear_if_kalman<Rule, SensorTraits<S>::linear ||
+                                                             SensorTraits<S>::measurements == 0>());
+    if (const Status status = detail::check_instant(At{time_, dt, control}); status != Status::ok)
+      return status;
+    if (dt == Scalar(0)) return Status::ok;
+    Flow<Rule, D, S, Scalar, Signal> flow(rule_, dynamics_, process_noise_, sensor, signal, control);
+    if (const Status status = flow.prepare(time_, x); status != Status::ok) return status;
+    const Status status = advance(engine_, flow, time_, dt, x, P, report);
+    if (status == Status::dynamics_not_finite)
+      return detail::blame_flow(flow, time_, time_ + static_cast<double>(dt), estimate_, x);
+    if (status != Status::ok) return status;
+    if (!detail::is_sound<Rule::symmetric>(P) || !all_finite(x))
+      return detail::blame_flow(flow, time_, time_ + static_cast<double>(dt), estimate_, x);
+    return Status::ok;
+  }
+
+  template <typename S>
+  StepReport<Scalar, states, measurements_of<S>> sample(const S& sensor, const Measurement<S>& y, Scalar dt,
+                                                        const Control& control) {
+    StepReport<Scalar, states, measurements_of<S>> report;
+    report.status = status_;
+    if (status_ != Status::ok) return report;
+    Estimate<Scalar, states> prior = estimate_;
+    FlowReport<Scalar, states, 0> propagation;
+    report.status = flow(detail::NoSensor{}, detail::NoSignal{}, dt, control, prior.x, prior.P, propagation);
+    if (report.status != Status::ok) return report;
+    const At end{time_ + static_cast<double>(dt), dt, control};
+    const auto result = jml::update(rule_, sensor, prior, y, end, gate);
+    if (!usable(result.report.status)) return result.report;
+    estimate_ = result.estimate;
+    time_ += static_cast<double>(dt);
+    control_ = control;
+    return result.report;
+  }
+
+  [[no_unique_address]] Rule rule_;
+  [[no_unique_address]] D dynamics_;
+  detail::ProcessNoise<Scalar, D> process_noise_;
+  [[no_unique_address]] typename detail::EngineOf<Integrator, Scalar, states>::type engine_;
+  Estimate<Scalar, states> estimate_;
+  Control control_ = Control::Zero();  // of the last interval, for a sensor that reads it
+  double time_ = 0;
+  Status status_ = Status::ok;
+};
+
+template <typename Rule, typename D, typename Scalar, int n>
+ContinuousFilter(Rule, D, const Estimate<Scalar, n>&) -> ContinuousFilter<Rule, D, RungeKutta4, Scalar>;
+template <typename Rule, typename D, typename Scalar, int n, typename Integrator>
+ContinuousFilter(Rule, D, const Estimate<Scalar, n>&, Integrator, double = 0)
+    -> ContinuousFilter<Rule, D, Integrator, Scalar>;
+
+}  // namespace jml

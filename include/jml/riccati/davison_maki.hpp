@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Davison-Maki integration of eqs. (17)-(19) of Rusnak 2018, by Radon's lemma: fixed time, no heap, stiff or
+/// not.
+///
+/// With frozen coefficients, P = Y X⁻¹ and x = q - P r, where (X, Y) and (r, q) obey one linear system,
+///   Ẋ = -Bᵀ X + Dᵀ R⁻¹ E Y,    ṙ = -Bᵀ r + Dᵀ R⁻¹ E q - Dᵀ R⁻¹ (y - e),    X = I, r = 0 at the start,
+///   Ẏ = G Q Gᵀ X + A Y,         q̇ = G Q Gᵀ r + A q + a,                    Y = P, q = x,
+/// for f = A x + a and m = E x + e: differentiate, and (17), (19) appear. So one exponential of a 2n×2n
+/// matrix H moves estimate and P together, exactly. Coefficients that vary are taken at the midpoint, which
+/// is predicted with the gain of half a step: order 2. It is well conditioned while ‖H‖ h ≤ 1, H balanced:
+/// longer steps go in pieces.
+///
+/// The formula steps through a pole of P without notice. With a symmetric P ≥ 0 there is none. Otherwise a
+/// piece is taken only where X stays within 1 of the identity, or where sym(E P Dᵀ) ≥ 0 before and after it
+/// and det X > 0; else it is cut in sixteen, and if that does not help, P escapes.
+#pragma once
+
+#include <jml/riccati/differential.hpp>
+#include <jml/solve/balance.hpp>
+#include <jml/solve/exponential.hpp>
+
+namespace jml {
+
+/// `substeps` equal steps over an interval, each with its own midpoint coefficients; at most `max_pieces`
+/// exponentials' lengths a step.
+struct DavisonMaki {
+  int substeps = 1;
+  int max_pieces = 4096;
+};
+
+namespace detail {
+
+/// The frozen flow of one step: Z = [X Y]ᵀ moved by pieces of equal length.
+template <typename Scalar, int n>
+struct RadonFlow {
+  static constexpr int m = 2 * n;
+  Matrix<Scalar, m, m> H = Matrix<Scalar, m, m>::Zero();
+  Vector<Scalar, m> c = Vector<Scalar, m>::Zero();
+
+  /// What one piece does to the pair.
+  struct Piece {
+    Vector<Scalar, n> x;
+    Matrix<Scalar, n, n> P;
+    Scalar distance;  ///< ‖X - I‖₁
+    bool positive;    ///< det X > 0
+  };
+
+  /// (x, P) after a piece, given [e^{Hτ}, φ τ c]. False where X is singular or not finite.
+  static bool apply(const Matrix<Scalar, m, m + 1>& E, const Vector<Scalar, n>& x,
+                    const Matrix<Scalar, n, n>& P, Piece& out) {
+    Matrix<Scalar, n, n> X, Y;
+    const Matrix<Scalar, n, n> E11 = E.template block<n, n>(0, 0), E12 = E.template block<n, n>(0, n);
+    const Matrix<Scalar, n, n> E21 = E.template block<n, n>(n, 0), E22 = E.template block<n, n>(n, n);
+    kernel::add_product<1>(E11, E12, P, X);
+    kernel::add_product<1>(E21, E22, P, Y);
+    Vector<Scalar, n> r = E.template block<n, 1>(0, m), q = E.template block<n, 1>(n, m);
+    kernel::add_product<1>(r, E12, x, r);
+    kernel::add_product<1>(q, E22, x, q);
+    out.distance = 0;
+    for (int j = 0; j < n; ++j) {
+      Scalar sum = 0;
+      for (int i = 0; i < n; ++i) sum += std::abs(X(i, j) - Scalar(i == j));
+      out.distance = sum > out.distance ? sum : out.distance;
+    }
+    kernel::GeneralFactor<Scalar, n> factor;
+    if (!factor.factor(X, Vector<Scalar, n>::Ones())) return false;
+    bool negative = false;
+    for (int k = 0; k < n; ++k) {
+      negative ^= factor.inverse_diagonal(k) < Scalar(0);
+      for (int j = k + 1; j < n; ++j) negative ^= factor.order[k] > factor.order[j];
+    }
+    out.positive = !negative;
+    factor.right_solve(Y, out.P);
+    kernel::add_product<-1>(q, out.P, r, out.x);
+    return true;
+  }
+};
+
+/// sym(E P Dᵀ) ≥ 0, with W = Dᵀ R⁻¹: then the quadratic term has no pole ahead.
+template <typename Scalar, int n, int p>
+bool damps(const RiccatiCoefficients<Scalar, n, p>& at, const Matrix<Scalar, p, p>& R,
+           const Matrix<Scalar, n, n>& P) {
+  const Matrix<Scalar, p, p> feedback = at.E * P * (at.W * R);
+  const Matrix<Scalar, p, p> symmetric_part = (feedback + feedback.transpose()) / Scalar(2);
+  return is_definite<Definite::positive_or_zero>(symmetric_part);
+}
+
+}  // namespace detail
+
+/// Moves (x, P) over dt from `time`; both are touched on refusal too, and not asked to be finite.
+template <typename Flow>
+[[nodiscard]] Status advance(const DavisonMaki& method, Flow& flow, double time, typename Flow::Scalar dt,
+                             typename Flow::X& x, typename Flow::Square& P, typename Flow::Report& report) {
+  using Scalar = typename Flow::Scalar;
+  using Square = typename Flow::Square;
+  using X = typename Flow::X;
+  constexpr int n = Flow::n, p = Flow::p, m = 2 * n;
+  using Radon = detail::RadonFlow<Scalar, n>;
+  constexpr Scalar reach = Scalar(kernel::exponential_reach);
+  if (method.substeps < 1 || method.max_pieces < 1) return Status::invalid_option;
+  const Scalar h = dt / Scalar(method.substeps);
+  for (int step = 0; step < method.substeps; ++step) {
+    const double start = time + static_cast<double>(h) * step, middle = start + static_cast<double>(h) / 2;
+    typename Flow::Coefficients at;
+    X drift;
+    Vector<Scalar, p> innovation;
+
+    X between;
+    if (const Status status = flow.midpoint(start, x, P, h / 2, between, step == 0 ? &report : nullptr);
+        status != Status::ok)
+      return status;
+    if (const Status status = flow.coefficients(middle, between, at, drift, innovation); status != Status::ok)
+      return status;
+
+    Radon radon;
+    radon.H.template block<n, n>(0, 0) = -at.B.transpose();
+    radon.H.template block<n, n>(n, 0) = at.noise;
+    radon.H.template block<n, n>(n, n) = at.A;
+    {  // a = f - A x, y - e = y - m + E x, at the midpoint
+      X affine;
+      kernel::add_product<-1>(drift, at.A, between, affine);
+      radon.c.template tail<n>() = affine;
+    }
+    if constexpr (p > 0) {
+      Square WE;
+      kernel::product(at.W, at.E, WE);
+      radon.H.template block<n, n>(0, n) = WE;
+      kernel::add_product<1>(innovation, at.E, between, innovation);
+      X pull;
+      kernel::product(at.W, innovation, pull);
+      radon.c.template head<n>() = -pull;
+    }
+    radon.H *= h;
+    radon.c *= h;
+
+    Scalar norm = radon.H.cwiseAbs().colwise().sum().maxCoeff();
+    if (norm > reach) {
+      Matrix<Scalar, m, m> balanced = radon.H;
+      (void)kernel::balance(balanced);
+      norm = balanced.cwiseAbs().colwise().sum().maxCoeff();
+    }
+    if (!(norm <= reach * Scalar(method.max_pieces)))
+      return std::isfinite(norm) ? Status::step_limit : Status::ok;  // a NaN is blamed by the caller
+    const int pieces = norm > reach ? static_cast<int>(std::ceil(norm / reach)) : 1;
+    if (pieces > 1) {
+      radon.H /= Scalar(pieces);
+      radon.c /= Scalar(pieces);
+      norm /= Scalar(pieces);
+    }
+    Matrix<Scalar, m, m + 1> E;
+    kernel::exponential<Scalar, m>(radon.H, radon.c, norm, E);
+    typename Radon::Piece moved;
+    const auto sure = [&](const Square& before) {
+      if constexpr (Flow::symmetric || p == 0)
+        return true;
+      else
+        return moved.distance < Scalar(1) || (moved.positive && detail::damps(at, flow.R(), before) &&
+                                              detail::damps(at, flow.R(), moved.P));
+    };
+    for (int piece = 0; piece < pieces; ++piece) {
+      if (Radon::apply(E, x, P, moved) && sure(P)) {
+        kernel::assign(x, moved.x);
+        kernel::assign(P, moved.P);
+        continue;
+      }
+      if (!all_finite(x) || !all_finite(P) || !all_finite(E)) return Status::ok;  // blamed by the caller
+      if constexpr (Flow::symmetric || p == 0) return Status::covariance_lost;
+      constexpr int parts = 16;
+      Matrix<Scalar, m, m + 1> shorter;
+      kernel::exponential<Scalar, m>(radon.H / Scalar(parts), radon.c / Scalar(parts), norm / Scalar(parts),
+                                     shorter);
+      for (int part = 0; part < parts; ++part) {
+        if (!Radon::apply(shorter, x, P, moved) || !sure(P)) return Status::riccati_escape;
+        kernel::assign(x, moved.x);
+        kernel::assign(P, moved.P);
+      }
+    }
+    if constexpr (Flow::symmetric) P = ((P + P.transpose()) / Scalar(2)).eval();
+  }
+  report.steps = method.substeps;
+  report.evaluations = 2L * method.substeps;
+  return Status::ok;
+}
+
+}  // namespace jml

@@ -1,0 +1,332 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The one differential recursion behind the continuous EKF, SDDRE and RNLS filters (Rusnak 2018, eqs.
+/// (17)-(19)), with the slots of Table 1:
+///   ẋ = f(x) + G w̄ + K (y - m(x)),  K = P Dᵀ R⁻¹,
+///   Ṗ = A P + P Bᵀ + G Q Gᵀ - P Dᵀ R⁻¹ E P,
+/// where Q and R are spectral densities. In the row (F, f_x, m_x, M) of the RNLS filter P is not symmetric.
+///
+/// A nonsymmetric P may escape to infinity in finite time although Q ≥ 0 and R > 0: the quadratic term alone,
+/// Ṗ = -P Dᵀ R⁻¹ E P, has its pole where R + τ E P Dᵀ becomes singular. Where the symmetric part of that
+/// matrix is positive definite for a τ ahead there is none so near; that is the alarm of every integrator
+/// here.
+#pragma once
+
+#include <jml/factors.hpp>
+#include <jml/riccati/gain_rule.hpp>
+#include <jml/riccati/process_noise.hpp>
+#include <jml/status.hpp>
+
+namespace jml {
+
+/// The recursive nonlinear least squares filter, eq. (19): the JML row of Table 1 in continuous time.
+template <typename Reference = AboutOrigin>
+struct Rnls : Jml<Reference> {
+  constexpr Rnls()
+    requires(std::is_empty_v<Reference>)
+  = default;
+  constexpr explicit Rnls(const Reference& about) : Jml<Reference>(about) {}
+};
+
+/// What a continuous filter reports of an interval, beside the estimate.
+template <typename Scalar, int n, int p>
+struct FlowReport {
+  Status status = Status::ok;
+  Vector<Scalar, p> innovation = Vector<Scalar, p>::Zero();  ///< y - m(x̂) at the start of the interval
+  Matrix<Scalar, n, p> gain = Matrix<Scalar, n, p>::Zero();  ///< K = P Dᵀ R⁻¹ there, unit of x per y and s
+  long steps = 0;                                            ///< of the integrator
+  long evaluations = 0;                                      ///< of the differential equations
+};
+
+namespace detail {
+
+/// Stands for the sensor where there is no measurement.
+struct NoSensor {
+  static constexpr int measurements = 0;
+};
+
+/// R and R⁻¹ of a measurement in continuous time, formed and checked once where R is a constant.
+template <typename Scalar, int n, typename S>
+class MeasurementNoise {
+  static constexpr int p = SensorTraits<S>::measurements;
+  using X = Vector<Scalar, n>;
+  using Square = Matrix<Scalar, p, p>;
+  template <typename At>
+  static constexpr bool constant = !requires(const S& s, const X& x) {
+    SensorTraits<S>::noise_spectral_density(s, x);
+  } && !requires(const S& s, const X& x, const At& at) { SensorTraits<S>::noise_spectral_density(s, x, at); };
+
+ public:
+  /// False where R is not finite, not symmetric or not positive definite. `x` and `at` are of the start.
+  template <typename At>
+  [[nodiscard]] bool prepare(const S& s, const X& x, const At& at) {
+    return form(s, x, at);
+  }
+  /// The same at another point, where R may have changed.
+  template <typename At>
+  [[nodiscard, gnu::always_inline]] bool at_point(const S& s, const X& x, const At& at) {
+    if constexpr (constant<At>)
+      return true;
+    else
+      return form(s, x, at);
+  }
+
+  Square R, inverse;
+
+ private:
+  template <typename At>
+  bool form(const S& s, const X& x, const At& at) {
+    R = noise_spectral_density(s, x, at);
+    if (!is_noise_covariance(R)) return false;
+    kernel::SymmetricFactor<Scalar, p> factor;
+    if (!factor.factor(R)) return false;
+    if constexpr (p == 1) {
+      inverse = factor.inverse_diagonal;
+    } else {
+      for (int j = 0; j < p; ++j) inverse.col(j) = factor.solve(Square::Identity().col(j));
+      inverse = ((inverse + inverse.transpose()) / Scalar(2)).eval();
+    }
+    return true;
+  }
+};
+
+}  // namespace detail
+
+/// The coefficients of eq. (19) at one point; D, E, R are there with a measurement only.
+template <typename Scalar, int n, int p>
+struct RiccatiCoefficients {
+  Matrix<Scalar, n, n> A, B, noise;  ///< noise = G Q Gᵀ
+  Matrix<Scalar, n, p> W;            ///< Dᵀ R⁻¹
+  Matrix<Scalar, p, n> E;
+};
+
+/// The right-hand side of (17), (19) for one interval: rule, model, sensor, control and the measurement y(t),
+/// which is any function of time that returns a Vector of p. It refers to its arguments.
+template <typename Rule, typename D, typename S, typename Scalar_, typename Signal>
+class Flow {
+ public:
+  using Scalar = Scalar_;
+  static constexpr int n = DynamicsTraits<D>::states;
+  static constexpr int p = SensorTraits<S>::measurements;
+  static constexpr bool measured = p > 0;
+  static constexpr bool symmetric = Rule::symmetric;
+  using X = Vector<Scalar, n>;
+  using Square = Matrix<Scalar, n, n>;
+  using At = Instant<Scalar, DynamicsTraits<D>::controls>;
+  using Report = FlowReport<Scalar, n, p>;
+  using Coefficients = RiccatiCoefficients<Scalar, n, p>;
+
+  Flow(const Rule& rule, const D& dynamics, const detail::ProcessNoise<Scalar, D>& process_noise,
+       const S& sensor, const Signal& signal, const Vector<Scalar, DynamicsTraits<D>::controls>& control)
+      : rule_(rule),
+        dynamics_(dynamics),
+        process_noise_(process_noise),
+        sensor_(sensor),
+        signal_(signal),
+        control_(control) {}
+
+  /// Asks the constants of the model once; to be called before anything else.
+  [[nodiscard]] Status prepare(double time, const X& x) {
+    if constexpr (measured) {
+      if (!noise_.prepare(sensor_, x, at(time))) return Status::invalid_noise_covariance;
+    }
+    return process_noise_.valid() ? Status::ok : Status::invalid_disturbance_covariance;
+  }
+
+  /// ẋ and Ṗ at (t, x, P). Not asked to be finite: a NaN goes through, and is looked for once per interval.
+  /// `gain` and `innovation` may be wanted too.
+  [[gnu::always_inline]] inline Status derivative(double time, const X& x, const Square& P, X& dx, Square& dP,
+                                                  Report* report = nullptr) {
+    const At now = at(time);
+    const Square A = dynamics_slot<Rule::A>(rule_, dynamics_, x, x, now);
+    kernel::assign(dx, predicted_state(dynamics_, x, now));
+    if constexpr (measured) {
+      if (!noise_.at_point(sensor_, x, now)) return Status::invalid_noise_covariance;
+      const Matrix<Scalar, p, n> slot_d = sensor_slot<Rule::D>(rule_, sensor_, x, x, now);
+      const Vector<Scalar, p> innovation =
+          measurement_residual(sensor_, Vector<Scalar, p>(signal_(time)), measurement(sensor_, x, now));
+      Matrix<Scalar, n, p> PD, gain;
+      kernel::product_transposed(P, slot_d, PD);
+      kernel::product(PD, noise_.inverse, gain);
+      kernel::add_product<1>(dx, gain, innovation, dx);
+      if (report != nullptr) {
+        kernel::assign(report->gain, gain);
+        kernel::assign(report->innovation, innovation);
+      }
+      const auto with_slot_e = [&](const Matrix<Scalar, p, n>& slot_e) __attribute__((always_inline)) {
+        if constexpr (p == 1)
+          rate_ = (slot_e * gain)(0, 0);
+        else
+          kernel::product(slot_e, PD, feedback_);
+        if constexpr (symmetric) {  // Ṗ = U + Uᵀ with U = (A - ½ K E) P + ½ G Q Gᵀ
+          Matrix<Scalar, n, p> half;
+          kernel::scale(half, Scalar(0.5), gain);
+          Square closed, U;
+          kernel::add_product<-1>(A, half, slot_e, closed);
+          kernel::product(closed, P, U);
+          return add_noise(x, now, [&](const Square& noise) __attribute__((always_inline)) {
+            kernel::repeat<n>([&](int j) __attribute__((always_inline)) {
+              kernel::repeat<n>([&](int i) __attribute__((always_inline)) {
+                if (i >= j) dP(i, j) = dP(j, i) = (U(i, j) + U(j, i)) + noise(i, j);
+              });
+            });
+          });
+        } else {  // Ṗ = (A - K E) P + P Bᵀ + G Q Gᵀ
+          Square closed;
+          kernel::add_product<-1>(A, gain, slot_e, closed);
+          return finish(x, now, closed, A, P, dP);
+        }
+      };
+      if constexpr (Rule::D == Rule::E)
+        return with_slot_e(slot_d);
+      else
+        return with_slot_e(sensor_slot<Rule::E>(rule_, sensor_, x, x, now));
+    } else {
+      return finish(x, now, A, A, P, dP);
+    }
+  }
+
+  /// After derivative(): whether a fixed step may be taken from that point. Explicit Runge-Kutta steps of
+  /// length h are stable while h times the largest rate of E K is below 2.78; a pole of P nearer than 2h is
+  /// an escape.
+  [[nodiscard, gnu::always_inline]] inline Status permits(Scalar h) const {
+    if constexpr (measured && p == 1) {
+      if (!symmetric && rate_ * h < Scalar(-0.5)) return Status::riccati_escape;
+      if (rate_ * h > Scalar(2.78)) return Status::step_too_long;
+    } else if constexpr (measured) {
+      if (!symmetric && pole_within(2 * h)) return Status::riccati_escape;
+      if (!positive(Scalar(2.78), -h)) return Status::step_too_long;
+    }
+    return Status::ok;
+  }
+
+  /// After derivative(): true if P may have a pole within time `ahead`.
+  [[nodiscard]] bool pole_within(Scalar ahead) const {
+    if constexpr (!measured || symmetric)
+      return false;
+    else if constexpr (p == 1)
+      return !(Scalar(1) + ahead * rate_ > Scalar(0));
+    else
+      return !positive(Scalar(1), ahead);
+  }
+
+  /// The coefficients of (19) at (t, x), ẋ without measurement, y - m(x), for integrators that want them.
+  [[nodiscard]] Status coefficients(double time, const X& x, Coefficients& out, X& drift,
+                                    Vector<Scalar, p>& innovation) {
+    const At now = at(time);
+    out.A = dynamics_slot<Rule::A>(rule_, dynamics_, x, x, now);
+    if constexpr (Rule::A == Rule::B)
+      out.B = out.A;
+    else
+      out.B = dynamics_slot<Rule::B>(rule_, dynamics_, x, x, now);
+    drift = predicted_state(dynamics_, x, now);
+    if constexpr (measured) {
+      if (!noise_.at_point(sensor_, x, now)) return Status::invalid_noise_covariance;
+      const Matrix<Scalar, p, n> slot_d = sensor_slot<Rule::D>(rule_, sensor_, x, x, now);
+      if constexpr (Rule::D == Rule::E)
+        out.E = slot_d;
+      else
+        out.E = sensor_slot<Rule::E>(rule_, sensor_, x, x, now);
+      kernel::product(kernel::transposed(slot_d), noise_.inverse, out.W);
+      innovation =
+          measurement_residual(sensor_, Vector<Scalar, p>(signal_(time)), measurement(sensor_, x, now));
+    }
+    return add_noise(x, now, [&](const Square& noise) { out.noise = noise; });
+  }
+
+  /// A prediction of x at time + ahead, right to first order and bounded for any gain: the measurement's part
+  /// is a correction with R/ahead, x + ahead ẋ_free + P Dᵀ (R/ahead + E P Dᵀ)⁻¹ (y - m).
+  [[nodiscard]] Status midpoint(double time, const X& x, const Square& P, Scalar ahead, X& out,
+                                Report* report) {
+    const At now = at(time);
+    kernel::add_scaled(out, x, ahead, X(predicted_state(dynamics_, x, now)));
+    if constexpr (measured) {
+      if (!noise_.at_point(sensor_, x, now)) return Status::invalid_noise_covariance;
+      const Matrix<Scalar, p, n> slot_d = sensor_slot<Rule::D>(rule_, sensor_, x, x, now);
+      const Vector<Scalar, p> innovation =
+          measurement_residual(sensor_, Vector<Scalar, p>(signal_(time)), measurement(sensor_, x, now));
+      Matrix<Scalar, n, p> PD;
+      kernel::product_transposed(P, slot_d, PD);
+      if (report != nullptr) {
+        Matrix<Scalar, n, p> gain;
+        kernel::product(PD, noise_.inverse, gain);
+        kernel::assign(report->gain, gain);
+        kernel::assign(report->innovation, innovation);
+      }
+      Matrix<Scalar, p, p> feedback;
+      if constexpr (Rule::D == Rule::E)
+        kernel::product(slot_d, PD, feedback);
+      else
+        kernel::product(sensor_slot<Rule::E>(rule_, sensor_, x, x, now), PD, feedback);
+      if constexpr (p == 1) {  // a negative E P Dᵀ would bring the denominator to zero
+        const Scalar inverse =
+            Scalar(1) / (noise_.R(0, 0) / ahead + (feedback(0, 0) > Scalar(0) ? feedback(0, 0) : Scalar(0)));
+        kernel::add_scaled(out, out, inverse * innovation(0), PD);
+      } else {
+        const Matrix<Scalar, p, p> sum = noise_.R / ahead + (feedback + feedback.transpose()) / Scalar(2);
+        kernel::SymmetricFactor<Scalar, p> factor;
+        const Vector<Scalar, p> weighted = factor.factor(sum)
+                                               ? factor.solve(innovation)
+                                               : Vector<Scalar, p>(ahead * (noise_.inverse * innovation));
+        kernel::add_product<1>(out, PD, weighted, out);
+      }
+    }
+    return Status::ok;
+  }
+
+  [[nodiscard]] const Matrix<Scalar, p, p>& R() const { return noise_.R; }
+  [[nodiscard]] const Matrix<Scalar, p, p>& information() const { return noise_.inverse; }  ///< R⁻¹
+  [[nodiscard]] const Rule& rule() const { return rule_; }
+  [[nodiscard]] const D& dynamics() const { return dynamics_; }
+  [[nodiscard]] const S& sensor() const { return sensor_; }
+  [[nodiscard]] Vector<Scalar, p> measured_at(double time) const { return signal_(time); }
+  [[nodiscard]] At at(double time) const { return {time, Scalar(0), control_}; }
+
+ private:
+  /// dP = left P + P Bᵀ + G Q Gᵀ, with `left` = A - K E.
+  [[gnu::always_inline]] inline Status finish(const X& x, const At& now, const Square& left, const Square& A,
+                                              const Square& P, Square& dP) {
+    return add_noise(x, now, [&](const Square& noise) __attribute__((always_inline)) {
+      Square sum;
+      kernel::add_product<1>(noise, left, P, sum);
+      if constexpr (Rule::A == Rule::B) {
+        kernel::add_product_transposed<1>(sum, P, A, dP);
+        if constexpr (symmetric) mirror(dP);
+      } else {
+        const Square B = dynamics_slot<Rule::B>(rule_, dynamics_, x, x, now);
+        kernel::add_product_transposed<1>(sum, P, B, dP);
+      }
+    });
+  }
+
+  static void mirror(Square& a) {
+    for (int j = 0; j < n; ++j) {
+      for (int i = 0; i < j; ++i) a(i, j) = a(j, i) = (a(i, j) + a(j, i)) / Scalar(2);
+    }
+  }
+
+  template <typename Use>
+  [[gnu::always_inline]] inline Status add_noise(const X& x, const At& now, const Use& use) {
+    return process_noise_.with(dynamics_, x, now, use) ? Status::ok : Status::invalid_disturbance_covariance;
+  }
+
+  /// a R + b sym(E P Dᵀ) is positive definite.
+  [[nodiscard]] bool positive(Scalar a, Scalar b) const {
+    const Matrix<Scalar, p, p> sum = a * noise_.R + (b / Scalar(2)) * (feedback_ + feedback_.transpose());
+    kernel::SymmetricFactor<Scalar, p> factor;
+    return factor.factor(sum);
+  }
+
+  const Rule& rule_;
+  const D& dynamics_;
+  const detail::ProcessNoise<Scalar, D>& process_noise_;
+  const S& sensor_;
+  const Signal& signal_;
+  const Vector<Scalar, DynamicsTraits<D>::controls>& control_;
+  struct Nothing {};
+  [[no_unique_address]] std::conditional_t<measured, detail::MeasurementNoise<Scalar, n, S>, Nothing> noise_;
+  Matrix<Scalar, p, p> feedback_;  // E P Dᵀ of the last derivative, p > 1
+  Scalar rate_ = 0;                // E K of the last derivative, p = 1
+};
+
+}  // namespace jml
