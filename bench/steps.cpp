@@ -149,6 +149,8 @@ void register_case(const std::string& size, const Case& c, const Iterated& itera
 
 }  // namespace
 
+void register_continuous();  // continuous.cpp
+
 int main(int argc, char** argv) {
   const jml::IterationOptions options{.tolerance = 1e-10};
   register_case("n2", make_n2(), jml::IteratedJml{options});
@@ -156,6 +158,7 @@ int main(int argc, char** argv) {
   // estimate costs eight Jacobians of each model a step.
   register_case("n6", make_n6(), jml::IteratedJml{jml::AboutEstimate{}, options});
   register_case("n15", make_n15(), jml::IteratedJml{options});
+  register_continuous();
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();
 }

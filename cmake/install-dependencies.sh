@@ -7,6 +7,7 @@ set -euo pipefail
 packages=(
   g++ cmake ninja-build libeigen3-dev   # the library and its build
   libceres-dev                          # component jml::ceres
+  libsundials-dev                       # component jml::cvode; brings Open MPI, which jml does not use
   libgtest-dev libgmock-dev             # tests
   libbenchmark-dev                      # benchmarks
   gnuplot-nox                           # the demo's figures

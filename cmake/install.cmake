@@ -11,4 +11,5 @@ configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/jmlConfig.cmake.in ${PRO
 # Before 1.0 a new minor version may break its users.
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/jmlConfigVersion.cmake COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
 install(FILES ${PROJECT_BINARY_DIR}/jmlConfig.cmake ${PROJECT_BINARY_DIR}/jmlConfigVersion.cmake DESTINATION ${package_folder})
+install(FILES ${CMAKE_CURRENT_LIST_DIR}/components.cmake DESTINATION ${package_folder} RENAME jmlComponents.cmake)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -59,6 +59,77 @@ struct SaturatingSignal {
   jml::Matrix<double, 1, 1> noise_spectral_density() const { return jml::Matrix<double, 1, 1>(r); }
 };
 
+/// Three of them in a row, coupled by springs: x = (3 positions, 3 velocities).
+struct OscillatorChain {
+  using time_domain = jml::ContinuousTime;
+  static constexpr int states = 6, disturbances = 3;
+  double c = 0.01, k = 0.1, coupling = 0.05, q = 1;
+
+  template <typename T>
+  jml::Vector<T, 6> dynamics(const jml::Vector<T, 6>& x) const {
+    return dynamics_sdc(x) * x;
+  }
+  template <typename T>
+  jml::Matrix<T, 6, 6> dynamics_sdc(const jml::Vector<T, 6>& x) const {
+    jml::Matrix<T, 6, 6> F = jml::Matrix<T, 6, 6>::Zero();
+    for (int i = 0; i < 3; ++i) {
+      F(i, 3 + i) = T(1);
+      F(3 + i, i) = T(-k - (i == 1 ? 2 : 1) * coupling);
+      F(3 + i, 3 + i) = -2 * c * (x(i) * x(i) - 1.0);
+    }
+    F(3, 1) = F(4, 0) = F(4, 2) = F(5, 1) = T(coupling);
+    return F;
+  }
+  template <typename T>
+  jml::Matrix<T, 6, 6> dynamics_jacobian(const jml::Vector<T, 6>& x) const {
+    jml::Matrix<T, 6, 6> J = dynamics_sdc(x);
+    for (int i = 0; i < 3; ++i) J(3 + i, i) -= 4 * c * x(i) * x(3 + i);
+    return J;
+  }
+  jml::Matrix<double, 6, 3> disturbance_input() const {
+    jml::Matrix<double, 6, 3> G = jml::Matrix<double, 6, 3>::Zero();
+    for (int i = 0; i < 3; ++i) G(3 + i, i) = 1;
+    return G;
+  }
+  jml::Matrix<double, 3, 3> disturbance_spectral_density() const {
+    return q * jml::Matrix<double, 3, 3>::Identity();
+  }
+};
+
+/// y_i = ξ_i / sqrt(1 + ξ_i²) + v_i of a chain, all the time.
+struct SaturatingSignals {
+  static constexpr int measurements = 3;
+  double r = 1e-5;
+
+  template <typename T>
+  jml::Vector<T, 3> measurement(const jml::Vector<T, 6>& x) const {
+    using std::sqrt;
+    jml::Vector<T, 3> y;
+    for (int i = 0; i < 3; ++i) y(i) = x(i) / sqrt(1.0 + x(i) * x(i));
+    return y;
+  }
+  template <typename T>
+  jml::Matrix<T, 3, 6> measurement_jacobian(const jml::Vector<T, 6>& x) const {
+    using std::sqrt;
+    jml::Matrix<T, 3, 6> J = jml::Matrix<T, 3, 6>::Zero();
+    for (int i = 0; i < 3; ++i) {
+      const T s = 1.0 + x(i) * x(i);
+      J(i, i) = 1.0 / (s * sqrt(s));
+    }
+    return J;
+  }
+  template <typename T>
+  jml::Matrix<T, 3, 6> measurement_sdc(const jml::Vector<T, 6>& x) const {
+    using std::sqrt;
+    jml::Matrix<T, 3, 6> M = jml::Matrix<T, 3, 6>::Zero();
+    for (int i = 0; i < 3; ++i) M(i, i) = 1.0 / sqrt(1.0 + x(i) * x(i));
+    return M;
+  }
+  jml::Matrix<double, 3, 3> noise_spectral_density() const {
+    return r * jml::Matrix<double, 3, 3>::Identity();
+  }
+};
+
 /// x = (position, velocity), km and km/s, z up: v' = -drag |v| v + gravity + w.
 struct BallisticFlight {
   using time_domain = jml::ContinuousTime;

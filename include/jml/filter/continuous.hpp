@@ -61,28 +61,6 @@ struct EngineOf<Integrator, Scalar, n> {
   using type = typename Integrator::template Engine<Scalar, n>;
 };
 
-/// Why an interval ended in numbers that are no estimate.
-template <typename Flow, typename Scalar, int n>
-[[gnu::noinline]] Status blame_flow(Flow& flow, double start, double end, const Estimate<Scalar, n>& prior,
-                                    const Vector<Scalar, n>& x) {
-  if constexpr (Flow::measured) {
-    if (!all_finite(flow.measured_at(start)) || !all_finite(flow.measured_at(end)))
-      return Status::invalid_measurement;
-  }
-  typename Flow::X slope_x;
-  typename Flow::Square slope_P;
-  typename Flow::Report report;
-  const Status status = flow.derivative(start, prior.x, prior.P, slope_x, slope_P, &report);
-  if (status != Status::ok) return status;
-  if (!all_finite(predicted_state(flow.dynamics(), prior.x, flow.at(start))))
-    return Status::dynamics_not_finite;
-  if constexpr (Flow::measured) {
-    if (!all_finite(report.innovation) || !all_finite(report.gain)) return Status::sensor_not_finite;
-  }
-  if (!all_finite(slope_P)) return Status::dynamics_not_finite;
-  return Flow::symmetric || !all_finite(x) ? Status::covariance_lost : Status::riccati_escape;
-}
-
 }  // namespace detail
 
 /// A recursive estimator for a model in continuous time.
@@ -242,8 +220,8 @@ class ContinuousFilter {
 
   /// x and P are touched on refusal too.
   template <typename S, typename Signal, typename Report>
-  Status flow(const S& sensor, const Signal& signal, Scalar dt, const Control& control, State& x,
-              Covariance& P, Report& report) {
+  [[gnu::always_inline]] inline Status flow(const S& sensor, const Signal& signal, Scalar dt,
+                                            const Control& control, State& x, Covariance& P, Report& report) {
     static_assert(detail::require_linear_if_kalman<Rule, SensorTraits<S>::linear ||
                                                              SensorTraits<S>::measurements == 0>());
     if (const Status status = detail::check_instant(At{time_, dt, control}); status != Status::ok)
@@ -252,12 +230,37 @@ class ContinuousFilter {
     Flow<Rule, D, S, Scalar, Signal> flow(rule_, dynamics_, process_noise_, sensor, signal, control);
     if (const Status status = flow.prepare(time_, x); status != Status::ok) return status;
     const Status status = advance(engine_, flow, time_, dt, x, P, report);
-    if (status == Status::dynamics_not_finite)
-      return detail::blame_flow(flow, time_, time_ + static_cast<double>(dt), estimate_, x);
+    if (status == Status::dynamics_not_finite ||
+        (status == Status::ok && !(detail::is_sound<Rule::symmetric>(P) && all_finite(x))))
+      return blame(sensor, signal, dt, control, all_finite(x));
+    return status;
+  }
+
+  /// Why an interval ended in numbers that are no estimate, in the order in which they came. A flow of its
+  /// own: the address of the other one must not leave its function, or its members live in memory.
+  template <typename S, typename Signal>
+  [[gnu::noinline]] Status blame(const S& sensor, const Signal& signal, Scalar dt, const Control& control,
+                                 bool x_finite) const {
+    using F = Flow<Rule, D, S, Scalar, Signal>;
+    F flow(rule_, dynamics_, process_noise_, sensor, signal, control);
+    State slope_x;
+    Covariance slope_P;
+    typename F::Report report;
+    if constexpr (F::measured) {
+      if (!all_finite(flow.measured_at(time_)) ||
+          !all_finite(flow.measured_at(time_ + static_cast<double>(dt))))
+        return Status::invalid_measurement;
+    }
+    if (const Status status = flow.prepare(time_, estimate_.x); status != Status::ok) return status;
+    if (!all_finite(predicted_state(dynamics_, estimate_.x, flow.at(time_))))
+      return Status::dynamics_not_finite;
+    const Status status = flow.derivative(time_, estimate_.x, estimate_.P, slope_x, slope_P, &report);
     if (status != Status::ok) return status;
-    if (!detail::is_sound<Rule::symmetric>(P) || !all_finite(x))
-      return detail::blame_flow(flow, time_, time_ + static_cast<double>(dt), estimate_, x);
-    return Status::ok;
+    if constexpr (F::measured) {
+      if (!all_finite(report.innovation) || !all_finite(report.gain)) return Status::sensor_not_finite;
+    }
+    if (!all_finite(slope_P)) return Status::dynamics_not_finite;
+    return Rule::symmetric || !x_finite ? Status::covariance_lost : Status::riccati_escape;
   }
 
   template <typename S>

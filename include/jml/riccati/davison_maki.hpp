@@ -46,15 +46,15 @@ struct RadonFlow {
     bool positive;    ///< det X > 0
   };
 
-  /// (x, P) after a piece, given [e^{Hτ}, φ τ c]. False where X is singular or not finite.
-  static bool apply(const Matrix<Scalar, m, m + 1>& E, const Vector<Scalar, n>& x,
+  /// (x, P) after a piece, given E = e^{Hτ} and v = φ τ c. False where X is singular or not finite.
+  static bool apply(const Matrix<Scalar, m, m>& E, const Vector<Scalar, m>& v, const Vector<Scalar, n>& x,
                     const Matrix<Scalar, n, n>& P, Piece& out) {
     Matrix<Scalar, n, n> X, Y;
     const Matrix<Scalar, n, n> E11 = E.template block<n, n>(0, 0), E12 = E.template block<n, n>(0, n);
     const Matrix<Scalar, n, n> E21 = E.template block<n, n>(n, 0), E22 = E.template block<n, n>(n, n);
     kernel::add_product<1>(E11, E12, P, X);
     kernel::add_product<1>(E21, E22, P, Y);
-    Vector<Scalar, n> r = E.template block<n, 1>(0, m), q = E.template block<n, 1>(n, m);
+    Vector<Scalar, n> r = v.template head<n>(), q = v.template tail<n>();
     kernel::add_product<1>(r, E12, x, r);
     kernel::add_product<1>(q, E22, x, q);
     out.distance = 0;
@@ -148,8 +148,9 @@ template <typename Flow>
       radon.c /= Scalar(pieces);
       norm /= Scalar(pieces);
     }
-    Matrix<Scalar, m, m + 1> E;
-    kernel::exponential<Scalar, m>(radon.H, radon.c, norm, E);
+    Matrix<Scalar, m, m> E;
+    Vector<Scalar, m> v;
+    kernel::exponential(radon.H, radon.c, norm, E, v);
     typename Radon::Piece moved;
     const auto sure = [&](const Square& before) {
       if constexpr (Flow::symmetric || p == 0)
@@ -159,19 +160,21 @@ template <typename Flow>
                                               detail::damps(at, flow.R(), moved.P));
     };
     for (int piece = 0; piece < pieces; ++piece) {
-      if (Radon::apply(E, x, P, moved) && sure(P)) {
+      if (Radon::apply(E, v, x, P, moved) && sure(P)) {
         kernel::assign(x, moved.x);
         kernel::assign(P, moved.P);
         continue;
       }
       if (!all_finite(x) || !all_finite(P) || !all_finite(E)) return Status::ok;  // blamed by the caller
-      if constexpr (Flow::symmetric || p == 0) return Status::covariance_lost;
+      if (Flow::symmetric || p == 0) return Status::covariance_lost;
       constexpr int parts = 16;
-      Matrix<Scalar, m, m + 1> shorter;
-      kernel::exponential<Scalar, m>(radon.H / Scalar(parts), radon.c / Scalar(parts), norm / Scalar(parts),
-                                     shorter);
+      radon.H /= Scalar(parts);
+      radon.c /= Scalar(parts);
+      Matrix<Scalar, m, m> E_part;
+      Vector<Scalar, m> v_part;
+      kernel::exponential(radon.H, radon.c, norm / Scalar(parts), E_part, v_part);
       for (int part = 0; part < parts; ++part) {
-        if (!Radon::apply(shorter, x, P, moved) || !sure(P)) return Status::riccati_escape;
+        if (!Radon::apply(E_part, v_part, x, P, moved) || !sure(P)) return Status::riccati_escape;
         kernel::assign(x, moved.x);
         kernel::assign(P, moved.P);
       }

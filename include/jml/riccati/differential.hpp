@@ -187,15 +187,15 @@ class Flow {
   }
 
   /// After derivative(): whether a fixed step may be taken from that point. Explicit Runge-Kutta steps of
-  /// length h are stable while h times the largest rate of E K is below 2.78; a pole of P nearer than 2h is
-  /// an escape.
+  /// length h are stable while h times the rates of Ṗ, twice those of E K, is below 2.78; a pole of P nearer
+  /// than 2h is an escape.
   [[nodiscard, gnu::always_inline]] inline Status permits(Scalar h) const {
     if constexpr (measured && p == 1) {
       if (!symmetric && rate_ * h < Scalar(-0.5)) return Status::riccati_escape;
-      if (rate_ * h > Scalar(2.78)) return Status::step_too_long;
+      if (rate_ * h > Scalar(1.39)) return Status::step_too_long;
     } else if constexpr (measured) {
       if (!symmetric && pole_within(2 * h)) return Status::riccati_escape;
-      if (!positive(Scalar(2.78), -h)) return Status::step_too_long;
+      if (!positive(Scalar(1.39), -h)) return Status::step_too_long;
     }
     return Status::ok;
   }

@@ -26,8 +26,8 @@ enum class CvodeMethod {
 
 struct CvodeOptions {
   CvodeMethod method = CvodeMethod::adams;
-  double relative_tolerance = 1e-8;
-  double absolute_tolerance = 1e-10;  ///< of every component, in its unit
+  double relative_tolerance = 1e-6;
+  double absolute_tolerance = 1e-8;  ///< of every component, in its unit
   int max_steps = 10000;              ///< over one interval
   double first_step = 0;              ///< s; 0: CVODE's choice
   double min_step = 0, max_step = 0;  ///< s; 0: no limit

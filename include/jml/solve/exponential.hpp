@@ -16,33 +16,53 @@ namespace jml::kernel {
 /// The largest norm that exponential() serves to rounding.
 inline constexpr double exponential_reach = 0.95;
 
-/// B := L⁻¹... solves D Z = B in place by elimination without pivoting, for diagonally dominant D.
-template <typename Scalar, int m, int cols>
-[[gnu::always_inline]] inline void solve_dominant(Matrix<Scalar, m, m>& d, Matrix<Scalar, m, cols>& b) {
-  constexpr int limit = m <= 4 ? 5 : 0;
-  Vector<Scalar, m> inverse;
-  repeat<m, limit>([&](int k) __attribute__((always_inline)) {
-    inverse(k) = Scalar(1) / d(k, k);
-    for (int i = k + 1; i < m; ++i) d(i, k) *= inverse(k);
+/// d = L U in place without pivoting, for a d that is diagonally dominant by columns; U's diagonal inverted.
+template <typename Scalar, int m>
+[[gnu::always_inline]] inline void factor_dominant(Matrix<Scalar, m, m>& d) {
+  repeat<m, 4>([&](int k) __attribute__((always_inline)) {
+    const Scalar inverse = Scalar(1) / d(k, k);
+    d(k, k) = inverse;
+    for (int i = k + 1; i < m; ++i) d(i, k) *= inverse;
     for (int j = k + 1; j < m; ++j) {
       for (int i = k + 1; i < m; ++i) d(i, j) -= d(i, k) * d(k, j);
     }
   });
-  repeat<cols, limit>([&](int j) __attribute__((always_inline)) {
-    for (int k = 0; k < m; ++k) {
-      for (int i = k + 1; i < m; ++i) b(i, j) -= d(i, k) * b(k, j);
+}
+
+/// b := b (L U)⁻¹ for m×m b: whole columns, of one length.
+template <typename Scalar, int m>
+[[gnu::always_inline]] inline void right_solve_dominant(const Matrix<Scalar, m, m>& lu,
+                                                        Matrix<Scalar, m, m>& b) {
+  repeat<m, 4>([&](int j) __attribute__((always_inline)) {
+    for (int k = 0; k < j; ++k) {
+      for (int i = 0; i < m; ++i) b(i, j) -= b(i, k) * lu(k, j);
     }
-    for (int k = m - 1; k >= 0; --k) {
-      b(k, j) *= inverse(k);
-      for (int i = 0; i < k; ++i) b(i, j) -= d(i, k) * b(k, j);
+    for (int i = 0; i < m; ++i) b(i, j) *= lu(j, j);
+  });
+  repeat<m, 4>([&](int l) __attribute__((always_inline)) {
+    const int j = m - 1 - l;
+    for (int k = j + 1; k < m; ++k) {
+      for (int i = 0; i < m; ++i) b(i, j) -= b(i, k) * lu(k, j);
     }
   });
 }
 
-/// [e^H, φ(H) c], m×(m+1). `norm`: of H after balancing, at most exponential_reach.
+/// b := (L U)⁻¹ b.
+template <typename Scalar, int m>
+[[gnu::always_inline]] inline void solve_dominant(const Matrix<Scalar, m, m>& lu, Vector<Scalar, m>& b) {
+  for (int k = 0; k < m; ++k) {
+    for (int i = k + 1; i < m; ++i) b(i) -= lu(i, k) * b(k);
+  }
+  for (int k = m - 1; k >= 0; --k) {
+    b(k) *= lu(k, k);
+    for (int i = 0; i < k; ++i) b(i) -= lu(i, k) * b(k);
+  }
+}
+
+/// E = e^H, m×m, and v = φ(H) c, m. `norm`: of H after balancing, at most exponential_reach.
 template <typename Scalar, int m>
 inline void exponential(const Matrix<Scalar, m, m>& H, const Vector<Scalar, m>& c, Scalar norm,
-                        Matrix<Scalar, m, m + 1>& out) {
+                        Matrix<Scalar, m, m>& E, Vector<Scalar, m>& v) {
   using Square = Matrix<Scalar, m, m>;
   constexpr bool is_float = std::numeric_limits<Scalar>::digits < 30;
   const int degree = norm <= Scalar(is_float ? 0.42 : 1.4e-2) ? 3
@@ -83,12 +103,13 @@ inline void exponential(const Matrix<Scalar, m, m>& H, const Vector<Scalar, m>& 
     odd(i, i) += Scalar(0.5);
   }
   product(H, odd, H_odd);
-  Vector<Scalar, m> affine;
-  product(odd, c, affine);
-  Square denominator = even - H_odd;
-  out.template leftCols<m>() = even + H_odd;
-  out.col(m) = Scalar(2) * affine;
-  solve_dominant(denominator, out);
+  product(odd, c, v);
+  v *= Scalar(2);
+  E = even + H_odd;
+  even -= H_odd;  // the denominator, which commutes with the numerator
+  factor_dominant(even);
+  right_solve_dominant(even, E);
+  solve_dominant(even, v);
 }
 
 }  // namespace jml::kernel

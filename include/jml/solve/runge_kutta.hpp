@@ -26,8 +26,9 @@ template <typename Flow>
   if (method.substeps < 1) return Status::invalid_option;
   const Scalar h = dt / Scalar(method.substeps);
   // Stage i is evaluated at x + node · (slope of stage i - 1), and counts with its weight.
-  const Scalar node[4] = {0, h / 2, h / 2, h};
-  const Scalar weight[4] = {h / 6, h / 3, h / 3, h / 6};
+  const Scalar node[4] = {0, h * Scalar(0.5), h * Scalar(0.5), h};
+  const Scalar sixth = h * Scalar(1.0 / 6), weight[4] = {sixth, 2 * sixth, 2 * sixth, sixth};
+  typename Flow::Report first;  // a local: a store through a reference would make the model's numbers unknown
   for (int step = 0; step < method.substeps; ++step) {
     const double start = time + static_cast<double>(h) * step;
     typename Flow::X at_x, slope_x, sum_x;
@@ -43,7 +44,7 @@ template <typename Flow>
         kernel::add_scaled(at_P, P, node[i], slope_P);
       }
       const Status stage = flow.derivative(start + static_cast<double>(node[i]), at_x, at_P, slope_x, slope_P,
-                                           i == 0 && step == 0 ? &report : nullptr);
+                                           i == 0 && step == 0 ? &first : nullptr);
       if (i == 0 && stage == Status::ok) {
         status = flow.permits(h);
       } else if (stage != Status::ok) {
@@ -56,6 +57,7 @@ template <typename Flow>
     kernel::assign(x, sum_x);
     kernel::assign(P, sum_P);
   }
+  report = first;
   report.steps = method.substeps;
   report.evaluations = 4L * method.substeps;
   return Status::ok;

@@ -6,6 +6,26 @@
 #ifdef WITH_ceres
 #include <jml/solve/ceres.hpp>
 #endif
+#ifdef WITH_cvode
+#include <jml/solve/cvode.hpp>
+
+bool component_works() {  // compiled with its headers, linked and loaded with its libraries
+  SUNContext context = nullptr;
+#if SUNDIALS_VERSION_MAJOR >= 7
+  SUNContext_Create(SUN_COMM_NULL, &context);
+#else
+  SUNContext_Create(nullptr, &context);
+#endif
+  void* memory = CVodeCreate(CV_ADAMS, context);
+  const bool made = memory != nullptr;
+  CVodeFree(&memory);
+  SUNContext_Free(&context);
+  const jml::CvodeOptions options;
+  return made && jml::valid(options);
+}
+#else
+bool component_works() { return true; }
+#endif
 
 struct Walk {  // x⁺ = x + w
   static constexpr int states = 1;
@@ -31,5 +51,6 @@ int main() {
   jml::Filter filter{jml::Kalman{}, Walk{}, start};
   const auto report = filter.step(Scale{}, 3.0);
   std::printf("%s, x = %g\n", jml::describe(report.status), filter.x()(0));
-  return jml::usable(report.status) && std::abs(filter.x()(0) - 1.5) < 1e-12 ? 0 : 1;  // gain 2/(2 + 2)
+  const bool right = jml::usable(report.status) && std::abs(filter.x()(0) - 1.5) < 1e-12;  // gain 2/(2 + 2)
+  return right && component_works() ? 0 : 1;
 }
