@@ -4,7 +4,7 @@
 /// integrator (Rusnak 2018, eqs. (17)-(19)), or, with discrete measurements, between them.
 #pragma once
 
-#include <concepts>
+#include <jml/filter/signal.hpp>
 #include <jml/riccati/difference.hpp>
 #include <jml/riccati/differential.hpp>
 #include <jml/solve/runge_kutta.hpp>
@@ -12,39 +12,7 @@
 
 namespace jml {
 
-/// A measurement that moves in a straight line over an interval, from the last sample to the next one. The
-/// right-hand side then has a kink at the samples and no jump: CVODE goes on without a restart.
-template <typename Scalar, int p>
-struct Line {
-  Line(const Vector<Scalar, p>& start, const Vector<Scalar, p>& end) : from(start), to(end) {}
-  Line(Scalar start, Scalar end)
-    requires(p == 1)
-      : from(Vector<Scalar, p>::Constant(start)), to(Vector<Scalar, p>::Constant(end)) {}
-  Vector<Scalar, p> from, to;
-};
-template <typename Scalar, int p>
-Line(const Vector<Scalar, p>&, const Vector<Scalar, p>&) -> Line<Scalar, p>;
-template <std::floating_point Scalar>
-Line(Scalar, Scalar) -> Line<Scalar, 1>;
-
 namespace detail {
-
-/// y(t) of a sample that is held.
-template <typename Scalar, int p>
-struct HeldSignal {
-  const Vector<Scalar, p>& y;
-  const Vector<Scalar, p>& operator()(double) const { return y; }
-};
-
-/// y(t) between two samples; `change` is the sensor's own difference, so that an angle takes the short way.
-template <typename Scalar, int p>
-struct LineSignal {
-  Vector<Scalar, p> from, change;
-  double start, length;
-  Vector<Scalar, p> operator()(double time) const {
-    return from + static_cast<Scalar>((time - start) / length) * change;
-  }
-};
 
 struct NoSignal {
   Vector<double, 0> operator()(double) const { return {}; }
@@ -131,40 +99,16 @@ class ContinuousFilter {
   [[nodiscard]] auto step(const S& sensor, const Signal& y, Scalar dt,
                           const Control& control = Control::Zero()) {
     static_assert(detail::require_sensor<S>());
-    constexpr bool always = has_noise_spectral_density<S, State, At>();
-    constexpr bool samples = has_noise_covariance<S, State, At>();
-    static_assert(always || samples,
-                  "jml: a sensor needs noise_spectral_density() (it measures all the time) or "
-                  "noise_covariance() (it gives samples), p×p, const");
-    static_assert(!(always && samples),
-                  "jml: this sensor has a noise_spectral_density() and a noise_covariance(): which of them a "
-                  "continuous filter is to use cannot be told, give it two sensors");
     constexpr int p = measurements_of<S>;
-    if constexpr (always) {
-      if constexpr (std::is_convertible_v<Signal, Scalar>) {
-        static_assert(p == 1, "jml: a single number for a sensor of several measurements");
-        return step(sensor, Measurement<S>(Measurement<S>::Constant(static_cast<Scalar>(y))), dt, control);
-      } else if constexpr (requires { Measurement<S>(y(0.0)); } && !requires { Signal::RowsAtCompileTime; }) {
-        return move(sensor, y, dt, control);
-      } else if constexpr (requires { y.from; }) {
-        FlowReport<Scalar, states, p> refused;
-        refused.status = Status::invalid_measurement;
-        if (!all_finite(y.from) || !all_finite(y.to)) return refused;
-        const Measurement<S> change = measurement_residual(sensor, y.to, y.from);
-        return move(sensor, detail::LineSignal<Scalar, p>{y.from, change, time_, static_cast<double>(dt)}, dt,
-                    control);
-      } else {
-        const Measurement<S> held = y;
-        FlowReport<Scalar, states, p> refused;
-        refused.status = Status::invalid_measurement;
-        if (!all_finite(held)) return refused;
-        return move(sensor, detail::HeldSignal<Scalar, p>{held}, dt, control);
-      }
-    } else if constexpr (std::is_convertible_v<Signal, Scalar>) {
-      static_assert(p == 1, "jml: a single number for a sensor of several measurements");
-      return sample(sensor, Measurement<S>::Constant(static_cast<Scalar>(y)), dt, control);
+    if constexpr (detail::measures_always<S, State, At>()) {
+      FlowReport<Scalar, states, p> report;
+      detail::with_signal<p, Scalar>(
+          sensor, y, time_, static_cast<double>(dt),
+          [&](const auto& signal) { report = move(sensor, signal, dt, control); },
+          [&] { report.status = Status::invalid_measurement; });
+      return report;
     } else {
-      return sample(sensor, y, dt, control);
+      return sample(sensor, detail::as_measurement<p, Scalar>(y), dt, control);
     }
   }
 
