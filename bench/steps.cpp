@@ -150,6 +150,7 @@ void register_case(const std::string& size, const Case& c, const Iterated& itera
 }  // namespace
 
 void register_continuous();  // continuous.cpp
+void register_algebraic();   // algebraic.cpp
 
 int main(int argc, char** argv) {
   const jml::IterationOptions options{.tolerance = 1e-10};
@@ -159,6 +160,7 @@ int main(int argc, char** argv) {
   register_case("n6", make_n6(), jml::IteratedJml{jml::AboutEstimate{}, options});
   register_case("n15", make_n15(), jml::IteratedJml{options});
   register_continuous();
+  register_algebraic();
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();
 }

@@ -3,11 +3,17 @@
 /// Everything of jml that needs Eigen alone: no heap, no exceptions, no RTTI.
 ///
 /// Beside it, on request: model/discretize.hpp (Van Loan's matrix exponential), sim/noise.hpp (for tests and
-/// simulations) and solve/ceres.hpp (component jml::ceres).
+/// simulations); with component jml::ceres solve/ceres.hpp; with component jml::cvode filter/cvode.hpp and
+/// analysis/stability_region.hpp.
 #pragma once
 
+#include <jml/analysis/lyapunov.hpp>
+#include <jml/analysis/observability.hpp>
 #include <jml/batch/criterion.hpp>
+#include <jml/filter/algebraic.hpp>
+#include <jml/filter/continuous.hpp>
 #include <jml/filter/filter.hpp>
 #include <jml/filter/iterated.hpp>
 #include <jml/filter/one_step_cost.hpp>
 #include <jml/model/check.hpp>
+#include <jml/riccati/davison_maki.hpp>
