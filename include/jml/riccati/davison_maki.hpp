@@ -81,7 +81,11 @@ struct RadonFlow {
 template <typename Scalar, int n, int p>
 bool damps(const RiccatiCoefficients<Scalar, n, p>& at, const Matrix<Scalar, p, p>& R,
            const Matrix<Scalar, n, n>& P) {
-  const Matrix<Scalar, p, p> feedback = at.E * P * (at.W * R);
+  Matrix<Scalar, n, p> D, PD;
+  kernel::product(at.W, R, D);
+  kernel::product(P, D, PD);
+  Matrix<Scalar, p, p> feedback;
+  kernel::product(at.E, PD, feedback);
   const Matrix<Scalar, p, p> symmetric_part = (feedback + feedback.transpose()) / Scalar(2);
   return is_definite<Definite::positive_or_zero>(symmetric_part);
 }
@@ -168,11 +172,11 @@ template <typename Flow>
       if (!all_finite(x) || !all_finite(P) || !all_finite(E)) return Status::ok;  // blamed by the caller
       if (Flow::symmetric || p == 0) return Status::covariance_lost;
       constexpr int parts = 16;
-      radon.H /= Scalar(parts);
-      radon.c /= Scalar(parts);
+      const Matrix<Scalar, m, m> H_part = radon.H / Scalar(parts);
+      const Vector<Scalar, m> c_part = radon.c / Scalar(parts);
       Matrix<Scalar, m, m> E_part;
       Vector<Scalar, m> v_part;
-      kernel::exponential(radon.H, radon.c, norm / Scalar(parts), E_part, v_part);
+      kernel::exponential(H_part, c_part, norm / Scalar(parts), E_part, v_part);
       for (int part = 0; part < parts; ++part) {
         if (!Radon::apply(E_part, v_part, x, P, moved) || !sure(P)) return Status::riccati_escape;
         kernel::assign(x, moved.x);

@@ -31,8 +31,8 @@ template <typename Flow>
   typename Flow::Report first;  // a local: a store through a reference would make the model's numbers unknown
   for (int step = 0; step < method.substeps; ++step) {
     const double start = time + static_cast<double>(h) * step;
-    typename Flow::X at_x, slope_x, sum_x;
-    typename Flow::Square at_P, slope_P, sum_P;
+    typename Flow::X at_x, sum_x, slope_x = Flow::X::Zero();
+    typename Flow::Square at_P, sum_P, slope_P = Flow::Square::Zero();
     Status status = Status::ok;
     kernel::assign(at_x, x);
     kernel::assign(at_P, P);
@@ -45,10 +45,10 @@ template <typename Flow>
       }
       const Status stage = flow.derivative(start + static_cast<double>(node[i]), at_x, at_P, slope_x, slope_P,
                                            i == 0 && step == 0 ? &first : nullptr);
-      if (i == 0 && stage == Status::ok) {
-        status = flow.permits(h);
-      } else if (stage != Status::ok) {
+      if (stage != Status::ok) {
         status = stage;
+      } else if (i == 0) {
+        status = flow.permits(h);
       }
       kernel::add_scaled(sum_x, sum_x, weight[i], slope_x);
       kernel::add_scaled(sum_P, sum_P, weight[i], slope_P);
