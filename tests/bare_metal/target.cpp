@@ -81,7 +81,7 @@ int main() {
     const bool good = usable && heap_calls == 0 && largest <= bare_metal::cases[c].tolerance;
     passed = passed && good;
     std::printf(
-        "%-21s %s: largest difference from the host %.1e (tolerance %.0e), %d heap calls, %.0f instructions "
+        "%-25s %s: largest difference from the host %.1e (tolerance %.0e), %d heap calls, %.0f instructions "
         "a step\n",
         bare_metal::cases[c].name, good ? "ok    " : "FAILED", largest, bare_metal::cases[c].tolerance,
         heap_calls, instructions_per_tick * ticks / bare_metal::steps);

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <jml/jml.hpp>
 
-#include "models/van_der_pol.hpp"
+#include "models/continuous.hpp"
 
 namespace bare_metal {
 
@@ -19,6 +19,8 @@ using Table = double[steps / kept_every][numbers_kept];
 /// One run; false as soon as a step is refused.
 using Run = bool(const double (&y)[steps], Table& table);
 Run ekf_double, ekf_float, jml_double, jml_float, iterated_jml_double, iterated_jml_float;
+Run runge_kutta_double, runge_kutta_float, davison_maki_double, davison_maki_float, algebraic_double,
+    algebraic_float;
 
 struct Case {
   const char* name;
@@ -35,6 +37,12 @@ inline constexpr Case cases[] = {
     {"JML, float", jml_float, 1e-5},
     {"iterated JML, double", iterated_jml_double, 1e-11},
     {"iterated JML, float", iterated_jml_float, 1e-4},
+    {"RNLS, RungeKutta4, double", runge_kutta_double, 1e-13},
+    {"RNLS, RungeKutta4, float", runge_kutta_float, 1e-5},
+    {"RNLS, DavisonMaki, double", davison_maki_double, 1e-12},
+    {"RNLS, DavisonMaki, float", davison_maki_float, 1e-4},
+    {"algebraic RNLS, double", algebraic_double, 1e-11},
+    {"algebraic RNLS, float", algebraic_float, 1e-3},
 };
 inline constexpr std::size_t case_count = sizeof(cases) / sizeof(cases[0]);
 
@@ -45,6 +53,27 @@ bool run(const Rule& rule, const double (&y)[steps], Table& table) {
   jml::Filter filter{rule, models::VanDerPol{}, start};
   for (int i = 0; i < steps; ++i) {
     const auto report = filter.step(models::SaturatingPosition{}, static_cast<Scalar>(y[i]));
+    if (!jml::usable(report.status)) return false;
+    if ((i + 1) % kept_every != 0) continue;
+    double(&row)[numbers_kept] = table[i / kept_every];
+    for (int k = 0; k < 2; ++k) row[k] = static_cast<double>(filter.x()(k));
+    for (int k = 0; k < 4; ++k) row[2 + k] = static_cast<double>(filter.P()(k % 2, k / 2));
+  }
+  return true;
+}
+
+/// The same in continuous time: the samples held over 50 ms each, white noise of the same power.
+inline constexpr double dt = 0.05;
+inline constexpr models::Oscillator oscillator{.c = 0.1, .k = 1};
+inline constexpr models::SaturatingSignal signal{1e-3};
+
+template <typename Scalar, typename Integrator>
+bool run_continuous(const Integrator& integrator, const double (&y)[steps], Table& table) {
+  const jml::Estimate<Scalar, 2> start{jml::Vector<Scalar, 2>(Scalar(0.5), Scalar(0)),
+                                       Scalar(0.1) * jml::Matrix<Scalar, 2, 2>::Identity()};
+  jml::ContinuousFilter filter{jml::Rnls{}, oscillator, start, integrator};
+  for (int i = 0; i < steps; ++i) {
+    const auto report = filter.step(signal, static_cast<Scalar>(y[i]), static_cast<Scalar>(dt));
     if (!jml::usable(report.status)) return false;
     if ((i + 1) % kept_every != 0) continue;
     double(&row)[numbers_kept] = table[i / kept_every];
