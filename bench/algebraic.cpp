@@ -44,9 +44,9 @@ Path<n> dense() {
     jml::Matrix<double, n, n> A, G, M;
     for (int k = 0; k < n; ++k) {
       for (int j = 0; j < n; ++j) {
-        A(j, k) = std::sin(1 + 7 * j + 3 * k + angle) / 2 - (j == k);
-        G(j, k) = k < 3 ? std::cos(2 + 5 * j + k + angle) : 0;
-        M(j, k) = j < 6 ? std::cos(3 + j + 11 * k - angle) : 0;
+        A(j, k) = std::sin(1 + 7 * j + 3 * k + 5 * j * k + angle) / 2;
+        G(j, k) = k < 3 ? std::cos(2 + 5 * j + k + 3 * j * k + angle) : 0;
+        M(j, k) = j < 6 ? std::cos(3 + j + 11 * k + 2 * j * k - angle) : 0;
       }
     }
     path[i] = {A, A.transpose(), G * G.transpose(), M.transpose() * M};

@@ -158,10 +158,10 @@ void check_function(ModelReport& report, Finding::Function itself, const Vector<
 
 }  // namespace detail
 
-/// Checks discrete dynamics at x, n: that its Jacobian is the derivative, its SDC matrix satisfies F(x) x =
+/// Checks dynamics at x, n: that its Jacobian is the derivative, its SDC matrix satisfies F(x) x =
 /// f(x) - f(0), Q is a covariance, G and w̄ are finite, a claim of linearity holds. Use several x, none of
 /// them special.
-template <DiscreteDynamics D, int n, typename At = Instant<double, DynamicsTraits<D>::controls>>
+template <Dynamics D, int n, typename At = Instant<double, DynamicsTraits<D>::controls>>
 [[nodiscard]] ModelReport check_model(const D& d, const Vector<double, n>& x,
                                       const At& at = no_instant<double, D>()) {
   static_assert(states_of<D> == n, "jml: x has not as many states as the dynamics");
@@ -182,7 +182,12 @@ template <DiscreteDynamics D, int n, typename At = Instant<double, DynamicsTrait
       },
       [](const Vector<double, n>& a, const Vector<double, n>& b) { return Vector<double, n>(a - b); });
   if constexpr (DynamicsTraits<D>::disturbances > 0) {
-    const auto Q = disturbance_covariance(d, x, at);
+    const auto Q = [&] {
+      if constexpr (ContinuousDynamics<D>)
+        return disturbance_spectral_density(d, x, at);
+      else
+        return disturbance_covariance(d, x, at);
+    }();
     if (!is_covariance(Q))
       report.add({Finding::Function::covariance, Finding::Fault::not_a_covariance, 0, 0, Q(0, 0), 0});
     detail::require_finite(report, Finding::Function::input, disturbance_input(d, x, at));
@@ -219,7 +224,12 @@ template <Sensor S, int n, typename At = Instant<double>>
         return Sdc{measurement_sdc<true>(s, z, origin, at), origin, difference(here, there)};
       },
       difference);
-  const auto R = noise_covariance(s, x, at);
+  const auto R = [&] {
+    if constexpr (has_noise_spectral_density<S, Vector<double, n>, At>())
+      return noise_spectral_density(s, x, at);
+    else
+      return noise_covariance(s, x, at);
+  }();
   if (!is_noise_covariance(R))
     report.add({Finding::Function::covariance, Finding::Fault::not_a_covariance, 0, 0, R(0, 0), 0});
   return report;

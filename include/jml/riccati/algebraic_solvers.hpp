@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The two solvers behind solve_algebraic_riccati: doubling from a start, and the ordered Schur form.
+///
+/// Critical equations: K has eigenvalues of even multiplicity at the split (at zero, or at ±iω), one half of
+/// each Jordan block wanted. Rounding splits such an eigenvalue by √ε, and the subspace is lost to half the
+/// digits. But their mean µ = iω is good to rounding, and so are the eigenvectors of K at µ:
+/// the right ones, V, belong to the wanted subspace, the left ones, W, are orthogonal to it. With orthonormal
+/// real bases K + η V Vᵀ - η W Wᵀ has the same wanted subspace and a gap, half of the eigenvalues moved right
+/// by η and half of them left (Guo, Iannazzo, Meini 2007, for one null vector). Repeated for longer blocks.
+#pragma once
+
+#include <jml/riccati/algebraic_equation.hpp>
+#include <jml/solve/doubling.hpp>
+#include <jml/solve/ordered_schur.hpp>
+
+namespace jml::detail {
+
+/// The backward error beyond which an answer is not taken as solved to rounding.
+template <typename Scalar, int m>
+inline constexpr Scalar backward_limit = Scalar(16 * m) * std::numeric_limits<Scalar>::epsilon();
+
+template <typename Scalar, int n1, int n2>
+[[nodiscard]] bool solve_warm(const BalancedRiccati<Scalar, n1, n2>& balanced,
+                              const Matrix<Scalar, n1, n2>& start, AlgebraicSolution<Scalar, n1, n2>& out) {
+  constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
+  const RiccatiBlocks<Scalar, n1, n2> k(balanced.K);
+  Matrix<Scalar, n1, n2> X = balanced.into(start), R;
+  Matrix<Scalar, n1, n1> A0;
+  Matrix<Scalar, n2, n2> B0;
+  Scalar terms = k.residual(X, A0, B0, R);
+  for (int pass = 0; pass < 2; ++pass) {
+    const auto step = solve_by_doubling(A0, B0, R, k.S, X.norm(), 20);
+    out.iterations += step.iterations;
+    if (!step.converged) return false;
+    X += step.Z;
+    terms = k.residual(X, A0, B0, R);
+    const Scalar left = R.norm(), weight = k.weight(X);
+    out.error = step.gain * (left + epsilon * weight);
+    const bool first = pass == 0, hard = out.error > std::cbrt(epsilon) * X.norm();
+    if (left <= (first ? Scalar(4) * epsilon : backward_limit<Scalar, n1 + n2>)*weight && !(first && hard)) {
+      out.X = X;
+      out.residual = terms > Scalar(0) ? left / terms : Scalar(0);
+      out.status = Status::ok;
+      return true;
+    }
+    if (hard) R = k.accurate_residual(X);
+  }
+  return false;
+}
+
+/// K += η V Vᵀ, V an orthonormal real basis of the first `dimension` columns.
+template <typename Scalar, int m>
+[[gnu::noinline]] void add_projection(const Matrix<std::complex<Scalar>, m, m>& basis, int dimension,
+                                      bool imaginary_too, Scalar shift, Matrix<Scalar, m, m>& K) {
+  Matrix<Scalar, m, m> V;
+  int columns = 0;
+  for (int j = 0; j < dimension; ++j) {
+    for (int part = 0; part < (imaginary_too ? 2 : 1) && columns < m; ++part) {
+      Vector<Scalar, m> v = basis.col(j).real();
+      if (part == 1) v = basis.col(j).imag();
+      v.normalize();
+      for (int twice = 0; twice < 2; ++twice) {  // Gram and Schmidt, once more for orthogonality to rounding
+        for (int i = 0; i < columns; ++i) v -= V.col(i).dot(v) * V.col(i);
+      }
+      v.normalize();
+      V.col(columns++) = v;
+    }
+  }
+  for (int i = 0; i < columns; ++i) {
+    for (int j = 0; j < m; ++j) K.col(j) += V.col(i) * (shift * V(j, i));
+  }
+}
+
+/// Moves the right half by +η and the left half by -η where the eigenvalues at the split are double to
+/// rounding; false where they are not, or where their eigenvectors do not say which half is wanted.
+template <typename Scalar, int n1, int n2>
+[[nodiscard, gnu::noinline]] bool shift_critical(const kernel::OrderedSchur<Scalar, n1 + n2>& schur,
+                                                 Scalar size, Scalar shift,
+                                                 Matrix<Scalar, n1 + n2, n1 + n2>& K) {
+  constexpr int m = n1 + n2;
+  constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
+  using Complex = std::complex<Scalar>;
+  const Complex last = schur.last_right();
+  // A double eigenvalue is split by √ε, a quadruple one by the fourth root.
+  for (const Scalar radius : {Scalar(10) * std::sqrt(Scalar(m) * epsilon) * size,
+                              Scalar(4) * std::sqrt(std::sqrt(epsilon)) * size}) {
+    Complex mean = 0;
+    int count = 0;
+    for (int i = 0; i < m; ++i) {
+      if (std::abs(schur.eigenvalue(i) - last) > Scalar(2) * radius) continue;
+      mean += schur.eigenvalue(i);
+      ++count;
+    }
+    if (count < 2) continue;
+    mean /= Scalar(count);
+    const bool real = std::abs(mean.imag()) <= radius;
+    // Elsewhere than on the axis no answer would stabilise.
+    if (std::abs(mean.real()) > Scalar(1000 * m) * epsilon * size) continue;
+    mean = Complex(0, real ? Scalar(0) : mean.imag());
+    Matrix<Complex, m, m> singular = K.template cast<Complex>(), right, left;
+    singular.diagonal().array() -= mean;
+    constexpr Scalar slack = Scalar(8 * m) * epsilon;
+    const int dimension = kernel::null_space(singular, slack, right);
+    if (dimension == 0 || 2 * dimension > count) continue;
+    singular.transposeInPlace();
+    if (kernel::null_space(singular, slack, left) != dimension) continue;
+    // Eigenvectors from the left and from the right are orthogonal in a Jordan block, and only there.
+    bool defective = true;
+    for (int i = 0; i < dimension; ++i) {
+      for (int j = 0; j < dimension; ++j) {
+        Complex product = 0;
+        for (int l = 0; l < m; ++l) product += left(l, i) * right(l, j);
+        defective &= std::abs(product) <= Scalar(1e-2) * left.col(i).norm() * right.col(j).norm();
+      }
+    }
+    if (!defective) continue;
+    add_projection(right, dimension, !real, shift, K);
+    add_projection(left, dimension, !real, -shift, K);
+    return true;
+  }
+  return false;
+}
+
+/// X = U21 U11⁻¹ of the leading columns; false where U11 is singular to rounding.
+template <typename Scalar, int n1, int n2>
+[[nodiscard]] bool graph_of_subspace(const kernel::OrderedSchur<Scalar, n1 + n2>& schur,
+                                     Matrix<Scalar, n1, n2>& X) {
+  using Complex = std::complex<Scalar>;
+  // X U11 = U21, transposed for an elimination from the left.
+  Matrix<Complex, n2, n2> U11 = schur.U().template topLeftCorner<n2, n2>().transpose();
+  Matrix<Complex, n2, n1> W = schur.U().template bottomLeftCorner<n1, n2>().transpose();
+  const Scalar largest = U11.cwiseAbs().maxCoeff();
+  const Scalar pivot = largest * kernel::eliminate(U11, W);
+  X = W.transpose().real();
+  return pivot > Scalar(256 * (n1 + n2)) * std::numeric_limits<Scalar>::epsilon();
+}
+
+template <typename Scalar, int n1, int n2>
+[[gnu::noinline]] void solve_cold(const BalancedRiccati<Scalar, n1, n2>& balanced,
+                                  AlgebraicSolution<Scalar, n1, n2>& out) {
+  constexpr int m = n1 + n2;
+  constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon(), rounding = Scalar(100 * m) * epsilon;
+  const auto answer = [&out](Status status) { out.status = status; };
+  Matrix<Scalar, m, m> K = balanced.K;
+  const Scalar size = K.norm(), critical = Scalar(8) * std::sqrt(std::sqrt(epsilon)) * size;
+  kernel::OrderedSchur<Scalar, m> schur;
+  Scalar gap = 0;
+  out.shifted = false;
+  for (int pass = 0;; ++pass) {
+    if (!schur.compute(K, n2)) return answer(Status::not_converged);
+    gap = schur.last_right().real() - schur.first_left().real();
+    if (gap > critical || pass == n2) break;
+    if (!shift_critical<Scalar, n1, n2>(schur, size, size / std::sqrt(Scalar(m)), K)) break;
+    out.shifted = true;
+  }
+  if (!(gap > rounding * size)) return answer(Status::eigenvalues_on_axis);
+  const Scalar neutral = out.shifted ? critical : Scalar(100) * rounding * size;
+  if (schur.last_right().real() < -neutral || schur.first_left().real() > neutral)
+    return answer(Status::no_stabilizing_solution);
+
+  Matrix<Scalar, n1, n2> X, R;
+  const bool regular = graph_of_subspace(schur, X);
+  if (!all_finite(X)) return answer(Status::no_stabilizing_solution);
+
+  const RiccatiBlocks<Scalar, n1, n2> original(balanced.K), k(K);
+  Matrix<Scalar, n1, n1> A0;
+  Matrix<Scalar, n2, n2> B0;
+  Scalar terms = 0, gain = 0;
+  bool converged = false;
+  for (int pass = 0; pass < 2; ++pass) {
+    terms = k.residual(X, A0, B0, R);
+    const auto step = solve_by_doubling(A0, B0, k.accurate_residual(X), k.S, X.norm(), 60);
+    out.iterations += step.iterations;
+    if (!step.converged) break;
+    X += step.Z;
+    gain = step.gain;
+    converged = true;
+    if (step.Z.norm() <= Scalar(1e-3) * std::sqrt(epsilon) * X.norm()) break;
+  }
+  R = original.accurate_residual(X);
+  out.residual = terms > Scalar(0) ? R.norm() / terms : Scalar(0);
+  const Scalar weight = original.weight(X);
+  out.error = gain * (R.norm() + epsilon * weight);
+  // Not critical to rounding: the shifted equation's X is one of a neighbour.
+  if (out.shifted && R.norm() > Scalar(4) * epsilon * weight) out.error += std::sqrt(R.norm() / k.S.norm());
+  const bool solved =
+      converged && R.norm() <= (out.shifted ? std::sqrt(epsilon) : backward_limit<Scalar, m>)*weight;
+  // A singular U11 may stand for a large X; then all that follows is sound. Else it was an unseen mode.
+  if (!regular && !(solved && out.error <= Scalar(1e-2) * X.norm()))
+    return answer(Status::no_stabilizing_solution);
+  if (!solved) return answer(gap > critical ? Status::not_converged : Status::eigenvalues_on_axis);
+  out.X = X;
+  out.status = out.shifted ? Status::accepted_critical : Status::ok;
+}
+
+/// Back to the caller's coordinates.
+template <typename Scalar, int n1, int n2>
+void finish(const AlgebraicRiccati<Scalar, n1, n2>& equation, const BalancedRiccati<Scalar, n1, n2>& balanced,
+            AlgebraicSolution<Scalar, n1, n2>& out) {
+  if (!usable(out.status)) {
+    out.X.setZero();
+    return;
+  }
+  out.X = balanced.out_of(out.X);
+  const Scalar norm = out.X.norm();
+  out.error *= balanced.unit();
+  if (norm > Scalar(0)) out.error = out.error / norm + std::numeric_limits<Scalar>::epsilon();
+  if constexpr (n1 == n2) {
+    bool symmetric = equation.signs.AX == equation.signs.XB;
+    for (int j = 0; j < n1; ++j) {
+      for (int i = 0; i < n1; ++i) {
+        symmetric &= equation.B(i, j) == equation.A(j, i) && equation.Q(i, j) == equation.Q(j, i) &&
+                     equation.S(i, j) == equation.S(j, i);
+      }
+    }
+    if (!symmetric) return;
+    for (int j = 0; j < n1; ++j) {
+      for (int i = 0; i < j; ++i) out.X(i, j) = out.X(j, i) = (out.X(i, j) + out.X(j, i)) / Scalar(2);
+    }
+  }
+}
+
+}  // namespace jml::detail

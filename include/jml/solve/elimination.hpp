@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Gauss-Jordan elimination of compile-time size, real or complex: solve, invert, determinant, null space.
+///
+/// Half more operations than LU for the matrix itself, none for right-hand sides, and each is a whole column
+/// long, a length the compiler knows. For matrices that are well conditioned where all is well; the users of
+/// the answer check it by a residual.
+#pragma once
+
+#include <Eigen/Core>
+#include <complex>
+#include <jml/linear_algebra.hpp>
+#include <utility>
+
+namespace jml::kernel {
+
+/// Each `right` becomes M⁻¹ right; M is used up. Exchanges rows for the largest pivot. The answer is the
+/// smallest pivot relative to the largest entry of M: near rounding, M is singular; 0 where M is not finite.
+template <typename T, int n, int... cols>
+[[gnu::noinline]] typename Eigen::NumTraits<T>::Real eliminate(Matrix<T, n, n>& M,
+                                                               Matrix<T, n, cols>&... right) {
+  using Real = typename Eigen::NumTraits<T>::Real;
+  using std::abs;
+  const Real largest = M.cwiseAbs().maxCoeff();
+  Real smallest = largest;
+  for (int k = 0; k < n; ++k) {
+    int best = k;
+    Real size = abs(M(k, k));
+    for (int i = k + 1; i < n; ++i) {
+      if (const Real other = abs(M(i, k)); other > size) {
+        best = i;
+        size = other;
+      }
+    }
+    if (!(size > Real(0)) || !(size <= std::numeric_limits<Real>::max())) return Real(0);
+    if (size < smallest) smallest = size;
+    if (best != k) {
+      M.row(k).swap(M.row(best));
+      (right.row(k).swap(right.row(best)), ...);
+    }
+    const Vector<T, n> column = M.col(k);
+    const T inverse = T(1) / column(k);
+    const auto clear = [&](auto& m, int first, int count) {
+      for (int j = first; j < count; ++j) {
+        const T factor = m(k, j) * inverse;
+        m.col(j) -= column * factor;
+        m(k, j) = factor;
+      }
+    };
+    clear(M, k + 1, n);
+    (clear(right, 0, cols), ...);
+  }
+  return smallest / largest;
+}
+
+/// The geometric mean of the moduli of M's eigenvalues, |det M|^(1/n), each pivot taken as at least `least`.
+template <typename Scalar, int n>
+[[gnu::noinline]] Scalar mean_modulus(Matrix<Scalar, n, n> M, Scalar least) {
+  Scalar log_sum = 0;
+  for (int k = 0; k < n; ++k) {
+    int best = k;
+    for (int i = k + 1; i < n; ++i) {
+      if (std::abs(M(i, k)) > std::abs(M(best, k))) best = i;
+    }
+    if (best != k) M.row(k).swap(M.row(best));
+    const Scalar size = std::abs(M(k, k));
+    log_sum += std::log(size > least ? size : least);
+    if (!(size > Scalar(0))) continue;
+    for (int j = k + 1; j < n; ++j)
+      M.col(j).tail(n - k - 1) -= M.col(k).tail(n - k - 1) * (M(k, j) / M(k, k));
+  }
+  return std::exp(log_sum / Scalar(n));
+}
+
+/// A basis of the null space of M, not orthogonal, in the first columns of `basis`; the answer is its
+/// dimension: how many pivots of a complete exchange are below `slack` times the largest entry.
+template <typename T, int n>
+[[gnu::noinline]] int null_space(Matrix<T, n, n> M, typename Eigen::NumTraits<T>::Real slack,
+                                 Matrix<T, n, n>& basis) {
+  using Real = typename Eigen::NumTraits<T>::Real;
+  using std::abs;
+  int order[n];
+  for (int j = 0; j < n; ++j) order[j] = j;
+  const Real floor = slack * M.cwiseAbs().maxCoeff();
+  int rank = 0;
+  for (; rank < n; ++rank) {
+    const int k = rank;
+    int row = k, col = k;
+    for (int j = k; j < n; ++j) {
+      for (int i = k; i < n; ++i) {
+        if (abs(M(i, j)) > abs(M(row, col))) {
+          row = i;
+          col = j;
+        }
+      }
+    }
+    if (!(abs(M(row, col)) > floor)) break;
+    M.row(k).swap(M.row(row));
+    M.col(k).swap(M.col(col));
+    std::swap(order[k], order[col]);
+    const Vector<T, n> column = M.col(k);
+    for (int j = k + 1; j < n; ++j) {
+      const T factor = M(k, j) / column(k);
+      M.col(j) -= column * factor;
+      M(k, j) = factor;
+    }
+  }
+  basis.setZero();
+  for (int j = rank; j < n; ++j) {
+    for (int i = 0; i < rank; ++i) basis(order[i], j - rank) = -M(i, j);
+    basis(order[j], j - rank) = T(1);
+  }
+  return n - rank;
+}
+
+}  // namespace jml::kernel

@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Random algebraic Riccati equations with a wide unknown.
+#include "riccati/algebraic_random_checks.hpp"
+
+namespace {
+
+TEST(RandomAlgebraic, ThreeByFive) { algebraic::expect_solutions_found<3, 5>(15); }
+TEST(RandomAlgebraic, OneByFour) { algebraic::expect_solutions_found<1, 4>(15); }
+
+}  // namespace
