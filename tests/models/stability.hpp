@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Continuous models whose region of stability can be worked out by hand: copies of ẋ = a x, h = x - x³, and a
-/// linear system.
+/// Continuous models whose region of stability can be worked out by hand: copies of ẋ = a x, h = x - x³, and
+/// a linear system.
 #pragma once
 
 #include <jml/model/traits.hpp>

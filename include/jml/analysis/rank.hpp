@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The staircase behind the ranks of observability.hpp, where it is explained.
+#pragma once
+
+#include <jml/factors.hpp>
+
+namespace jml {
+
+/// Rank of a pair of matrices and how clear it is.
+template <typename Scalar>
+struct PairRank {
+  int rank = 0;
+  /// The smallest pivot that was counted, relative to its scale: at full rank of a pair with one input, a
+  /// change of the scaled matrices of this relative size takes a state out of reach. 0 where none was
+  /// counted.
+  Scalar margin = 0;
+  Scalar rejected = 0;  ///< the largest pivot that was not counted, relative to its scale: rounding, or 0
+};
+
+template <typename Scalar, int n>
+inline constexpr Scalar default_rank_tolerance = Scalar(64 * n) * std::numeric_limits<Scalar>::epsilon();
+
+namespace detail {
+
+/// R^-½ M, p×n, with R = L Lᵀ of full rank as factored.
+template <typename Scalar, int p, int n>
+Matrix<Scalar, p, n> in_units_of(const kernel::SemidefiniteFactor<Scalar, p>& noise,
+                                 const Matrix<Scalar, p, n>& M) {
+  Matrix<Scalar, p, n> out;
+  for (int k = 0; k < p; ++k) {
+    const int row = noise.pivot[k];
+    out.row(k) = M.row(row);
+    for (int j = 0; j < k; ++j) out.row(k) -= noise.L(row, j) * out.row(j);
+    out.row(k) /= noise.L(row, k);
+  }
+  return out;
+}
+
+/// F without what is rounding beside the largest entries of its row and of its column.
+template <typename Scalar, int n>
+Matrix<Scalar, n, n> without_rounding(const Matrix<Scalar, n, n>& F) {
+  const Vector<Scalar, n> row = F.cwiseAbs().rowwise().maxCoeff();
+  const Vector<Scalar, n> col = F.cwiseAbs().colwise().maxCoeff().transpose();
+  Matrix<Scalar, n, n> out = F;
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i < n; ++i) {
+      if (std::abs(F(i, j)) <= std::numeric_limits<Scalar>::epsilon() * std::min(row(i), col(j)))
+        out(i, j) = Scalar(0);
+    }
+  }
+  return out;
+}
+
+/// max_k (tr |F|^k / n)^{1/k}: a rate that no choice of the states' units changes; the largest entry of a
+/// nilpotent F, which has no such rate.
+template <typename Scalar, int n>
+Scalar natural_rate(const Matrix<Scalar, n, n>& F) {
+  const Scalar largest = F.cwiseAbs().maxCoeff();
+  if (!(largest > Scalar(0))) return Scalar(1);
+  const Matrix<Scalar, n, n> size = F.cwiseAbs() / largest;
+  Matrix<Scalar, n, n> power = size;
+  Scalar rate = 0;
+  for (int k = 1; k <= n; ++k) {
+    rate = std::max(rate, std::pow(power.trace() / Scalar(n), Scalar(1) / Scalar(k)));
+    power = (power * size).eval();
+  }
+  return largest * (rate > Scalar(0) ? rate : Scalar(1));
+}
+
+/// F and L in units of d (observability.hpp) and of the natural rate.
+template <typename Scalar, int n, int q>
+void take_units_out(Matrix<Scalar, n, n>& F, Matrix<Scalar, n, q>& L) {
+  F = without_rounding(F) / natural_rate(F);
+  const Matrix<Scalar, n, n> size = F.cwiseAbs();
+  Vector<Scalar, n> reach = L.cwiseAbs().rowwise().sum();
+  Vector<Scalar, n> unit = reach;
+  for (int k = 1; k < n; ++k) {
+    reach = (size * reach).eval();
+    unit += reach;
+  }
+  for (int i = 0; i < n; ++i) {
+    if (unit(i) > Scalar(0)) continue;  // no path leads there: what starts there has no part and no unit
+    unit(i) = Scalar(1);
+    F.col(i).setZero();
+  }
+  for (int i = 0; i < n; ++i) {
+    L.row(i) /= unit(i);
+    for (int j = 0; j < n; ++j) F(i, j) *= unit(j) / unit(i);
+  }
+}
+
+/// Rank of [L, F L, …], column by column into an orthonormal basis.
+template <typename Scalar, int n, int q>
+PairRank<Scalar> staircase(Matrix<Scalar, n, n> F, Matrix<Scalar, n, q> L, Scalar tolerance) {
+  PairRank<Scalar> out;
+  if (!all_finite(F) || !all_finite(L)) return out;
+  take_units_out(F, L);
+  constexpr int width = q > n ? q : n;
+  Matrix<Scalar, n, n> basis = Matrix<Scalar, n, n>::Zero();
+  Matrix<Scalar, n, width> candidate = Matrix<Scalar, n, width>::Zero();
+  candidate.template leftCols<q>() = L;
+  int candidates = q;
+  Scalar scale = L.norm();
+  out.margin = std::numeric_limits<Scalar>::infinity();
+  for (int block = 0; block <= n && candidates > 0 && scale > Scalar(0); ++block) {
+    const int first = out.rank;
+    for (int left = candidates; left > 0 && out.rank < n; --left) {
+      int best = 0;
+      Scalar pivot = -1;
+      for (int c = 0; c < left; ++c) {
+        for (int pass = 0; pass < 2; ++pass) {
+          for (int b = 0; b < out.rank; ++b)
+            candidate.col(c) -= basis.col(b).dot(candidate.col(c)) * basis.col(b);
+        }
+        const Scalar size = candidate.col(c).norm();
+        if (size > pivot) {
+          pivot = size;
+          best = c;
+        }
+      }
+      const Scalar relative = pivot / scale;
+      if (!(relative > tolerance)) {
+        out.rejected = std::max(out.rejected, relative);
+        break;
+      }
+      out.margin = std::min(out.margin, relative);
+      basis.col(out.rank++) = candidate.col(best) / pivot;
+      candidate.col(best) = candidate.col(left - 1).eval();
+    }
+    candidates = out.rank < n ? out.rank - first : 0;
+    for (int c = 0; c < candidates; ++c) candidate.col(c) = F * basis.col(first + c);
+    scale = F.norm();
+  }
+  if (out.rank == 0) out.margin = 0;
+  return out;
+}
+
+}  // namespace detail
+
+}  // namespace jml
