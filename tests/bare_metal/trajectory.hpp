@@ -46,20 +46,33 @@ inline constexpr Case cases[] = {
 };
 inline constexpr std::size_t case_count = sizeof(cases) / sizeof(cases[0]);
 
-template <typename Scalar, typename Rule>
-bool run(const Rule& rule, const double (&y)[steps], Table& table) {
-  const jml::Estimate<Scalar, 2> start{jml::Vector<Scalar, 2>(Scalar(0.5), Scalar(0)),
-                                       Scalar(0.1) * jml::Matrix<Scalar, 2, 2>::Identity()};
-  jml::Filter filter{rule, models::VanDerPol{}, start};
+/// Steps `filter` through the measurements and keeps x and `matrix()` of every tenth estimate.
+template <typename Filter, typename Step, typename Matrix>
+bool keep(const Filter& filter, const double (&y)[steps], Table& table, const Step& step,
+          const Matrix& matrix) {
   for (int i = 0; i < steps; ++i) {
-    const auto report = filter.step(models::SaturatingPosition{}, static_cast<Scalar>(y[i]));
-    if (!jml::usable(report.status)) return false;
+    if (!jml::usable(step(y[i]).status)) return false;
     if ((i + 1) % kept_every != 0) continue;
     double(&row)[numbers_kept] = table[i / kept_every];
     for (int k = 0; k < 2; ++k) row[k] = static_cast<double>(filter.x()(k));
-    for (int k = 0; k < 4; ++k) row[2 + k] = static_cast<double>(filter.P()(k % 2, k / 2));
+    for (int k = 0; k < 4; ++k) row[2 + k] = static_cast<double>(matrix()(k % 2, k / 2));
   }
   return true;
+}
+
+template <typename Scalar>
+jml::Estimate<Scalar, 2> start() {
+  return {jml::Vector<Scalar, 2>(Scalar(0.5), Scalar(0)),
+          Scalar(0.1) * jml::Matrix<Scalar, 2, 2>::Identity()};
+}
+
+template <typename Scalar, typename Rule>
+bool run(const Rule& rule, const double (&y)[steps], Table& table) {
+  jml::Filter filter{rule, models::VanDerPol{}, start<Scalar>()};
+  return keep(
+      filter, y, table,
+      [&](double sample) { return filter.step(models::SaturatingPosition{}, static_cast<Scalar>(sample)); },
+      [&] { return filter.P(); });
 }
 
 /// The same in continuous time: the samples held over 50 ms each, white noise of the same power.
@@ -69,18 +82,25 @@ inline constexpr models::SaturatingSignal signal{1e-3};
 
 template <typename Scalar, typename Integrator>
 bool run_continuous(const Integrator& integrator, const double (&y)[steps], Table& table) {
-  const jml::Estimate<Scalar, 2> start{jml::Vector<Scalar, 2>(Scalar(0.5), Scalar(0)),
-                                       Scalar(0.1) * jml::Matrix<Scalar, 2, 2>::Identity()};
-  jml::ContinuousFilter filter{jml::Rnls{}, oscillator, start, integrator};
-  for (int i = 0; i < steps; ++i) {
-    const auto report = filter.step(signal, static_cast<Scalar>(y[i]), static_cast<Scalar>(dt));
-    if (!jml::usable(report.status)) return false;
-    if ((i + 1) % kept_every != 0) continue;
-    double(&row)[numbers_kept] = table[i / kept_every];
-    for (int k = 0; k < 2; ++k) row[k] = static_cast<double>(filter.x()(k));
-    for (int k = 0; k < 4; ++k) row[2 + k] = static_cast<double>(filter.P()(k % 2, k / 2));
-  }
-  return true;
+  jml::ContinuousFilter filter{jml::Rnls{}, oscillator, start<Scalar>(), integrator};
+  return keep(
+      filter, y, table,
+      [&](double sample) {
+        return filter.step(signal, static_cast<Scalar>(sample), static_cast<Scalar>(dt));
+      },
+      [&] { return filter.P(); });
+}
+
+template <typename Scalar>
+bool run_algebraic(const double (&y)[steps], Table& table) {
+  jml::AlgebraicFilter filter{
+      jml::Rnls{}, oscillator, start<Scalar>().x, {.gain = jml::GainUpdate::every_sample}};
+  return keep(
+      filter, y, table,
+      [&](double sample) {
+        return filter.step(signal, static_cast<Scalar>(sample), static_cast<Scalar>(dt));
+      },
+      [&] { return filter.V(); });
 }
 
 }  // namespace bare_metal
