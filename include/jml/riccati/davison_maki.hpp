@@ -31,12 +31,19 @@ struct DavisonMaki {
 
 namespace detail {
 
-/// The frozen flow of one step: Z = [X Y]ᵀ moved by pieces of equal length.
+/// The frozen flow ż = H z + c + r s of one piece of a step, z the columns of [X Y]ᵀ and of (r, q).
 template <typename Scalar, int n>
 struct RadonFlow {
   static constexpr int m = 2 * n;
   Matrix<Scalar, m, m> H = Matrix<Scalar, m, m>::Zero();
-  Vector<Scalar, m> c = Vector<Scalar, m>::Zero();
+  Vector<Scalar, m> c = Vector<Scalar, m>::Zero(), ramp = Vector<Scalar, m>::Zero();
+  Scalar norm = 0;  ///< of H, balanced
+
+  /// The first of `pieces` equal parts.
+  [[nodiscard]] RadonFlow part(int pieces) const {
+    const Scalar share = Scalar(1) / Scalar(pieces);
+    return {H * share, c * share, ramp * (share * share), norm * share};
+  }
 
   /// What one piece does to the pair.
   struct Piece {
@@ -134,27 +141,26 @@ template <typename Flow>
       X pull;
       kernel::product(at.W, innovation, pull);
       radon.c.template head<n>() = -pull;
+      // y moves from its value at the start to that at the end, by way of the midpoint
+      const Vector<Scalar, p> change = measurement_residual(
+          flow.sensor(), Vector<Scalar, p>(flow.measured_at(start + static_cast<double>(h))),
+          flow.measured_at(start));
+      kernel::product(at.W, change, pull);
+      radon.ramp.template head<n>() = -pull;
+      radon.c -= radon.ramp / Scalar(2);
     }
     radon.H *= h;
     radon.c *= h;
-
-    Scalar norm = radon.H.cwiseAbs().colwise().sum().maxCoeff();
-    if (norm > reach) {
+    radon.ramp *= h;
+    radon.norm = radon.H.cwiseAbs().colwise().sum().maxCoeff();
+    if (radon.norm > reach) {
       Matrix<Scalar, m, m> balanced = radon.H;
       (void)kernel::balance(balanced);
-      norm = balanced.cwiseAbs().colwise().sum().maxCoeff();
+      radon.norm = balanced.cwiseAbs().colwise().sum().maxCoeff();
     }
-    if (!(norm <= reach * Scalar(method.max_pieces)))
-      return std::isfinite(norm) ? Status::step_limit : Status::ok;  // a NaN is blamed by the caller
-    const int pieces = norm > reach ? static_cast<int>(std::ceil(norm / reach)) : 1;
-    if (pieces > 1) {
-      radon.H /= Scalar(pieces);
-      radon.c /= Scalar(pieces);
-      norm /= Scalar(pieces);
-    }
-    Matrix<Scalar, m, m> E;
-    Vector<Scalar, m> v;
-    kernel::exponential(radon.H, radon.c, norm, E, v);
+    if (!(radon.norm <= reach * Scalar(method.max_pieces)))
+      return std::isfinite(radon.norm) ? Status::step_limit : Status::dynamics_not_finite;
+    const int pieces = radon.norm > reach ? static_cast<int>(std::ceil(radon.norm / reach)) : 1;
     typename Radon::Piece moved;
     const auto sure = [&](const Square& before) {
       if constexpr (Flow::symmetric || p == 0)
@@ -163,26 +169,35 @@ template <typename Flow>
         return moved.distance < Scalar(1) || (moved.positive && detail::damps(at, flow.R(), before) &&
                                               detail::damps(at, flow.R(), moved.P));
     };
-    for (int piece = 0; piece < pieces; ++piece) {
-      if (Radon::apply(E, v, x, P, moved) && sure(P)) {
-        kernel::assign(x, moved.x);
-        kernel::assign(P, moved.P);
-        continue;
+    // Moves through equal parts of `whole`; the first that cannot be taken ends it, with x, P of its start.
+    const auto walk = [&](const Radon& whole, int parts, const auto& otherwise) {
+      const Radon part = whole.part(parts);
+      const kernel::Exponential<Scalar, m> exponential(part.H, part.norm);
+      Vector<Scalar, m> v = exponential.phi1(part.c), step_v = Vector<Scalar, m>::Zero();
+      if (part.ramp != Vector<Scalar, m>::Zero()) {
+        v += exponential.phi2(part.ramp);
+        step_v = exponential.phi1(part.ramp);
       }
-      if (!all_finite(x) || !all_finite(P) || !all_finite(E)) return Status::ok;  // blamed by the caller
+      for (int i = 0; i < parts; ++i) {
+        if (!Radon::apply(exponential.value(), v, x, P, moved) || !sure(P)) {
+          Radon rest = part;
+          rest.c += Scalar(i) * part.ramp;
+          if (const Status status = otherwise(rest); status != Status::ok) return status;
+        } else {
+          kernel::assign(x, moved.x);
+          kernel::assign(P, moved.P);
+        }
+        v += step_v;
+      }
+      return Status::ok;
+    };
+    const Status status = walk(radon, pieces, [&](const Radon& piece) {
+      if (!all_finite(x) || !all_finite(P) || !all_finite(piece.H) || !all_finite(piece.c))
+        return Status::dynamics_not_finite;  // the caller finds out what is not
       if (Flow::symmetric || p == 0) return Status::covariance_lost;
-      constexpr int parts = 16;
-      const Matrix<Scalar, m, m> H_part = radon.H / Scalar(parts);
-      const Vector<Scalar, m> c_part = radon.c / Scalar(parts);
-      Matrix<Scalar, m, m> E_part;
-      Vector<Scalar, m> v_part;
-      kernel::exponential(H_part, c_part, norm / Scalar(parts), E_part, v_part);
-      for (int part = 0; part < parts; ++part) {
-        if (!Radon::apply(E_part, v_part, x, P, moved) || !sure(P)) return Status::riccati_escape;
-        kernel::assign(x, moved.x);
-        kernel::assign(P, moved.P);
-      }
-    }
+      return walk(piece, 16, [](const Radon&) { return Status::riccati_escape; });
+    });
+    if (status != Status::ok) return status;
     if constexpr (Flow::symmetric) P = ((P + P.transpose()) / Scalar(2)).eval();
   }
   report.steps = method.substeps;

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Matrix exponentials of short steps: e^H and φ(H) c = ∫₀¹ e^{Hs} c ds, the state of ż = H z + c after
-/// time 1.
+/// Matrix exponentials of short steps, with what a constant and a ramp do on the way: the state of
+/// ż = H z + c + r s after time 1 is e^H z + φ₁(H) c + φ₂(H) r.
 ///
-/// Diagonal Padé approximants of degree 3, 5 or 7 (Higham 2005, SIAM J. Matrix Anal. Appl. 26) to rounding
-/// for a norm of at most 0.95. With r = N/D and the odd part U = H W of N, φ(H) c = 2 D⁻¹ W c. D is within
-/// 0.61 of the identity, hence diagonally dominant by columns: no pivoting. So all of it commutes with a
-/// diagonal scaling of H: it is the norm of the *balanced* H that counts, and H itself need not be scaled.
+/// Diagonal Padé approximants N/D of degree 3, 5 or 7 (Higham 2005, SIAM J. Matrix Anal. Appl. 26) to
+/// rounding for a norm of at most 0.95. With N = even + H odd, D = even - H odd: φ₁ = 2 D⁻¹ odd, and φ₂ = D⁻¹
+/// (odd + (2 odd - even) H⁻¹), a polynomial too. D is within 0.61 of the identity, hence diagonally dominant
+/// by columns: no pivoting. So all of it commutes with a diagonal scaling of H: it is the norm of the
+/// *balanced* H that counts, and H itself need not be scaled.
 #pragma once
 
 #include <jml/kernels.hpp>
@@ -59,18 +60,78 @@ template <typename Scalar, int m>
   }
 }
 
-/// E = e^H, m×m, and v = φ(H) c, m. `norm`: of H after balancing, at most exponential_reach.
+/// e^H and its φ-functions for one m×m H. `norm`: of H after balancing, at most exponential_reach.
 template <typename Scalar, int m>
-inline void exponential(const Matrix<Scalar, m, m>& H, const Vector<Scalar, m>& c, Scalar norm,
-                        Matrix<Scalar, m, m>& E, Vector<Scalar, m>& v) {
+class Exponential {
+ public:
   using Square = Matrix<Scalar, m, m>;
-  constexpr bool is_float = std::numeric_limits<Scalar>::digits < 30;
-  const int degree = norm <= Scalar(is_float ? 0.42 : 1.4e-2) ? 3
-                     : norm <= Scalar(is_float ? 1.8 : 0.25)  ? 5
-                                                              : 7;
-  // Coefficients of the numerator over that of degree 0.
-  static constexpr Scalar b3[4] = {1, Scalar(0.5), Scalar(0.1), Scalar(1.0 / 120)};
-  static constexpr Scalar b5[6] = {
+  using Column = Vector<Scalar, m>;
+
+  Exponential(const Square& H, Scalar norm) : H_(H) {
+    constexpr bool is_float = std::numeric_limits<Scalar>::digits < 30;
+    const int degree = norm <= Scalar(is_float ? 0.42 : 1.4e-2) ? 3
+                       : norm <= Scalar(is_float ? 1.8 : 0.25)  ? 5
+                                                                : 7;
+    coefficients_ = degree == 3 ? b3 : degree == 5 ? b5 : b7;
+    const Scalar* b = coefficients_;
+    product(H, H, squared_);
+    Square lu = b[2] * squared_;
+    odd_ = b[3] * squared_;
+    if (degree > 3) {
+      product(squared_, squared_, fourth_);
+      lu += b[4] * fourth_;
+      odd_ += b[5] * fourth_;
+    } else {
+      fourth_.setZero();
+    }
+    if (degree > 5) {
+      Square sixth;
+      product(fourth_, squared_, sixth);
+      lu += b[6] * sixth;
+      odd_ += b[7] * sixth;
+    }
+    for (int i = 0; i < m; ++i) {
+      lu(i, i) += Scalar(1);
+      odd_(i, i) += Scalar(0.5);
+    }
+    Square H_odd;
+    product(H, odd_, H_odd);
+    value_ = lu + H_odd;
+    lu -= H_odd;  // the denominator, which commutes with the numerator
+    factor_dominant(lu);
+    right_solve_dominant(lu, value_);
+    lu_ = lu;
+  }
+
+  /// e^H.
+  [[nodiscard]] const Square& value() const { return value_; }
+
+  /// φ₁(H) c = ∫₀¹ e^{Hs} c ds.
+  [[nodiscard]] Column phi1(const Column& c) const {
+    Column out;
+    product(odd_, c, out);
+    out *= Scalar(2);
+    solve_dominant(lu_, out);
+    return out;
+  }
+
+  /// φ₂(H) r = ∫₀¹ e^{H(1-s)} s r ds.
+  [[nodiscard]] Column phi2(const Column& r) const {
+    const Scalar* b = coefficients_;
+    Column squared_r, fourth_r, out;
+    product(squared_, r, squared_r);
+    product(fourth_, r, fourth_r);
+    const Column inner = (2 * b[3] - b[2]) * r + (2 * b[5] - b[4]) * squared_r + (2 * b[7] - b[6]) * fourth_r;
+    product(odd_, r, out);
+    add_product<1>(out, H_, inner, out);
+    solve_dominant(lu_, out);
+    return out;
+  }
+
+ private:
+  // Of the numerator, over that of degree 0.
+  static constexpr Scalar b3[8] = {1, Scalar(0.5), Scalar(0.1), Scalar(1.0 / 120)};
+  static constexpr Scalar b5[8] = {
       1, Scalar(0.5), Scalar(1.0 / 9), Scalar(1.0 / 72), Scalar(1.0 / 1008), Scalar(1.0 / 30240)};
   static constexpr Scalar b7[8] = {1,
                                    Scalar(0.5),
@@ -80,36 +141,10 @@ inline void exponential(const Matrix<Scalar, m, m>& H, const Vector<Scalar, m>& 
                                    Scalar(1512.0 / 17297280),
                                    Scalar(56.0 / 17297280),
                                    Scalar(1.0 / 17297280)};
-  Square squared, even, odd, H_odd;
-  product(H, H, squared);
-  if (degree == 3) {
-    even = b3[2] * squared;
-    odd = b3[3] * squared;
-  } else {
-    Square fourth;
-    product(squared, squared, fourth);
-    if (degree == 5) {
-      even = b5[2] * squared + b5[4] * fourth;
-      odd = b5[3] * squared + b5[5] * fourth;
-    } else {
-      Square sixth;
-      product(fourth, squared, sixth);
-      even = b7[2] * squared + b7[4] * fourth + b7[6] * sixth;
-      odd = b7[3] * squared + b7[5] * fourth + b7[7] * sixth;
-    }
-  }
-  for (int i = 0; i < m; ++i) {
-    even(i, i) += Scalar(1);
-    odd(i, i) += Scalar(0.5);
-  }
-  product(H, odd, H_odd);
-  product(odd, c, v);
-  v *= Scalar(2);
-  E = even + H_odd;
-  even -= H_odd;  // the denominator, which commutes with the numerator
-  factor_dominant(even);
-  right_solve_dominant(even, E);
-  solve_dominant(even, v);
-}
+
+  const Square& H_;
+  const Scalar* coefficients_;
+  Square squared_, fourth_, odd_, lu_, value_;
+};
 
 }  // namespace jml::kernel
