@@ -77,6 +77,19 @@ TEST(VanDerPol, TheConditionLimitsTheMilderFilterWhereAnIndependentComputationSa
   for (const double factor : factors) EXPECT_GT(factor, 1);
 }
 
+// The worse the measurement, the smaller the region; the manifold has no fold near the origin, which a front
+// that is sampled badly there would show.
+TEST(VanDerPol, TheLevelFallsWithTheNoise) {
+  double last = std::numeric_limits<double>::infinity();
+  for (const double r : {0.5, 1.0, 2.0}) {
+    const auto region = jml::stability_region(mild, models::SaturatingSignal{r}, {.box = V2(6, 12)});
+    EXPECT_EQ(region.limit, StabilityLimit::condition) << r;
+    EXPECT_GT(region.level, 0.4) << r;
+    EXPECT_LT(region.level, last) << r;
+    last = region.level;
+  }
+}
+
 TEST(VanDerPol, AThousandStartsOnTheBoundaryConverge) {
   std::size_t starts = 0;
   for (const auto& [d, s, box] : {std::tuple{mild, coarse, V2(6, 12)},

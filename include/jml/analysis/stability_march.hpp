@@ -93,7 +93,9 @@ class StabilityMarch : public StabilityRays<D, S> {
           1 - half.template segment<n>(n).dot(half.template head<n>());  // S / S of the level
       if (!(share > 0.1)) return false;
       y.template head<2 * n>() /= std::sqrt(share);
-      y(2 * n) = ya->operator()(2 * n) + std::log(share);
+      // On the first front, an ellipsoid, its neighbours may be far apart: a point of its own, of the same
+      // level.
+      y(2 * n) = (*ya)(2 * n) + (k > 0 ? std::log(share) : 0.0);
       const int middle = add_ray(k, y);
       return front.split(a, b, middle);
     }
