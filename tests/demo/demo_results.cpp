@@ -2,51 +2,15 @@
 // The numbers that the demos wrote into their summary.csv, against the references and against theory.
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <map>
-#include <sstream>
-#include <string>
+#include "summary.hpp"
 
 namespace {
 
-std::filesystem::path output(const std::string& demo) { return std::filesystem::path(DEMO_OUTPUT) / demo; }
-
-std::string contents(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-class Summary {
- public:
-  explicit Summary(const std::string& demo) {
-    std::istringstream in(contents(output(demo) / "summary.csv"));
-    std::string line;
-    std::getline(in, line);
-    EXPECT_EQ(line, "name,value");
-    while (std::getline(in, line)) {
-      const auto comma = line.find(',');
-      values_[line.substr(0, comma)] = std::stod(line.substr(comma + 1));
-    }
-  }
-  double operator[](const std::string& name) const {
-    const auto found = values_.find(name);
-    if (found == values_.end()) ADD_FAILURE() << "no row " << name;
-    return found == values_.end() ? NAN : found->second;
-  }
-
- private:
-  std::map<std::string, double> values_;
-};
+using demo_results::Summary;
 
 TEST(Demos, WriteTheSameBytesTwice) {
-  for (const std::string demo : {"van_der_pol", "plaza1", "radar"}) {
-    const std::string once = contents(output(demo) / "summary.csv");
-    EXPECT_GT(once.size(), 100U) << demo;
-    EXPECT_EQ(once, contents(output(demo + "_again") / "summary.csv")) << demo;
-  }
+  for (const std::string demo : {"van_der_pol", "plaza1", "radar"})
+    demo_results::expect_same_bytes_twice(demo);
 }
 
 // An independent implementation on these data: 0.89 m, 181 rejected, largest 2.70 m; dead reckoning 1.93
