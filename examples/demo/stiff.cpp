@@ -341,8 +341,9 @@ constexpr const char* notes = R"(
 - Davison-Maki never refuses here, uses no heap, and costs little more for any R: an estimate at once, P₂₂ within
   five per cent with a single substep. With held samples at R = 1e-8 it is as good as Runge-Kutta in the same time, or better
   with more substeps. But it does not resolve the first instant (P after the first sample is off by up to a half, and
-  forgotten later), and within a substep it holds y: where y(t) moves, the velocity stays near zero until a substep is shorter
-  than the filter's own time constant, (R/Q)^¼, a millisecond at 1e-12. There BDF is a thousand times more accurate in the same time.
+  forgotten later), and within a substep it takes M for the slope of m, as its equation for P does: where y(t) moves, the
+  velocity is off by (1 + ξ²) until a substep is shorter than the filter's own time constant, (R/Q)^¼, a millisecond at 1e-12.
+  (With Jacobians in both places, as in the EKF's row, there is no such error.) BDF is a thousand times more accurate in the same time.
 )";
 
 }  // namespace

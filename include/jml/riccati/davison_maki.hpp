@@ -11,6 +11,10 @@
 /// is predicted with the gain of half a step: order 2. It is well conditioned while ‖H‖ h ≤ 1, H balanced:
 /// longer steps go in pieces.
 ///
+/// Within a step f and m have the slopes A and E of the rule. Where these are SDC matrices and no Jacobians
+/// (SDDRE, RNLS) and the gain is stiff, steps must be short against the filter's own time constant for x to
+/// follow a moving y.
+///
 /// The formula steps through a pole of P without notice. With a symmetric P ≥ 0 there is none. Otherwise a
 /// piece is taken only where X stays within 1 of the identity, or where sym(E P Dᵀ) ≥ 0 before and after it
 /// and det X > 0; else it is cut in sixteen, and if that does not help, P escapes.
