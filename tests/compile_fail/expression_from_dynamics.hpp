@@ -13,9 +13,9 @@ struct Model {
 #else
   jml::Vector<T, 2> dynamics(const jml::Vector<T, 2>& x) const {
 #endif
-    return F.cast<T>() * x;
-  }
-};
+      return F.cast<T>() * x;
+}
+};  // namespace expression_from_dynamics
 
 inline bool run() {
   jml::Filter filter{jml::Ekf{}, Model{}, parts::start};

@@ -8,7 +8,9 @@ struct Sensor : parts::Sensor {
 #ifdef MISTAKE
   double residual(double y, double predicted) const { return y - predicted; }
 #else
-  parts::Vector1 residual(const parts::Vector1& y, const parts::Vector1& predicted) const { return y - predicted; }
+  parts::Vector1 residual(const parts::Vector1& y, const parts::Vector1& predicted) const {
+    return y - predicted;
+  }
 #endif
 };
 

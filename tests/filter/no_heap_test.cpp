@@ -6,36 +6,15 @@
 #include <jml/jml.hpp>
 #include <jml/model/discretize.hpp>
 
+#include "heap_trap.hpp"
 #include "models/dense.hpp"
 #include "models/pendulum.hpp"
 #include "models/radar.hpp"
 #include "models/van_der_pol.hpp"
 
-extern "C" void* __libc_malloc(std::size_t);
-
-namespace {
-bool armed = false;
-int allocations = 0;
-}  // namespace
-
-extern "C" void* malloc(std::size_t size) {
-  if (armed) ++allocations;
-  return __libc_malloc(size);
-}
-void* operator new(std::size_t size) {
-  if (armed) ++allocations;
-  return __libc_malloc(size);
-}
-
 namespace {
 
-struct Armed {
-  Armed() {
-    allocations = 0;
-    armed = true;
-  }
-  ~Armed() { armed = false; }
-};
+using heap_trap::allocations, heap_trap::Armed;
 
 TEST(NoHeap, TheTrapWorks) {
   Armed trap;
@@ -45,7 +24,8 @@ TEST(NoHeap, TheTrapWorks) {
 }
 
 template <typename Rule, typename D, typename S, int n, int p>
-void expect_no_allocation(const Rule& rule, const D& d, const S& s, const jml::Estimate<double, n>& start, const jml::Vector<double, p>& y) {
+void expect_no_allocation(const Rule& rule, const D& d, const S& s, const jml::Estimate<double, n>& start,
+                          const jml::Vector<double, p>& y) {
   int usable = 0, found = 0;
   {
     Armed trap;
@@ -66,18 +46,21 @@ void expect_no_allocation(const Rule& rule, const D& d, const S& s, const jml::E
 }
 
 template <typename D, typename S, int n, int p>
-void every_rule(const D& d, const S& s, const jml::Estimate<double, n>& start, const jml::Vector<double, p>& y) {
+void every_rule(const D& d, const S& s, const jml::Estimate<double, n>& start,
+                const jml::Vector<double, p>& y) {
   expect_no_allocation(jml::Ekf{}, d, s, start, y);
   expect_no_allocation(jml::Sddre{}, d, s, start, y);
   expect_no_allocation(jml::Jml{jml::AboutPoint{jml::Vector<double, n>(start.x * 0.9)}}, d, s, start, y);
   expect_no_allocation(jml::IteratedJml{}, d, s, start, y);
-  expect_no_allocation(jml::IteratedJml{jml::IterationOptions{.method = jml::Iteration::none}}, d, s, start, y);  // the net
+  expect_no_allocation(jml::IteratedJml{jml::IterationOptions{.method = jml::Iteration::none}}, d, s, start,
+                       y);  // the net
 }
 
 TEST(NoHeap, VanDerPol) {
   const jml::Estimate<double, 2> start{{1.5, 0.5}, 0.3 * jml::Matrix<double, 2, 2>::Identity()};
   every_rule(models::VanDerPol{}, models::SaturatingPosition{}, start, jml::Vector<double, 1>(0.6));
-  expect_no_allocation(jml::Iekf{}, models::VanDerPol{}, models::SaturatingPosition{}, start, jml::Vector<double, 1>(0.6));
+  expect_no_allocation(jml::Iekf{}, models::VanDerPol{}, models::SaturatingPosition{}, start,
+                       jml::Vector<double, 1>(0.6));
 }
 
 TEST(NoHeap, Radar) {
@@ -85,7 +68,8 @@ TEST(NoHeap, Radar) {
   start.x << 40, 25, 12, -0.4, 0.1, 0.02;
   start.P = 1e-2 * jml::Matrix<double, 6, 6>::Identity();
   const models::BallisticTarget d;
-  every_rule(d, models::Radar{}, start, jml::Vector<double, 3>(models::Radar{}.measurement(d.dynamics(start.x))));
+  every_rule(d, models::Radar{}, start,
+             jml::Vector<double, 3>(models::Radar{}.measurement(d.dynamics(start.x))));
 }
 
 TEST(NoHeap, FifteenStates) {
@@ -96,7 +80,8 @@ TEST(NoHeap, FifteenStates) {
   const models::DenseSensor<15, 6> s;
   const jml::Vector<double, 6> y = s.measurement(d.dynamics(start.x));
   expect_no_allocation(jml::Ekf{}, d, s, start, y);
-  expect_no_allocation(jml::IteratedJml{jml::IterationOptions{.method = jml::Iteration::none}}, d, s, start, y);
+  expect_no_allocation(jml::IteratedJml{jml::IterationOptions{.method = jml::Iteration::none}}, d, s, start,
+                       y);
 }
 
 struct ContinuousPendulum {

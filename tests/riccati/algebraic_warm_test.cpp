@@ -5,25 +5,12 @@
 
 #include <cstdlib>
 
+#include "heap_trap.hpp"
 #include "riccati/algebraic_checks.hpp"
 
-extern "C" void* __libc_malloc(std::size_t);
-
 namespace {
-bool armed = false;
-int allocations = 0;
-}  // namespace
 
-extern "C" void* malloc(std::size_t size) {
-  if (armed) ++allocations;
-  return __libc_malloc(size);
-}
-void* operator new(std::size_t size) {
-  if (armed) ++allocations;
-  return __libc_malloc(size);
-}
-
-namespace {
+using heap_trap::allocations, heap_trap::armed;
 
 using jml::Status;
 using M3 = jml::Matrix<double, 3, 3>;

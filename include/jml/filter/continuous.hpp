@@ -202,6 +202,10 @@ class ContinuousFilter {
     if (status != Status::ok) return status;
     if constexpr (F::measured) {
       if (!all_finite(report.innovation) || !all_finite(report.gain)) return Status::sensor_not_finite;
+      typename F::Coefficients at;
+      Vector<Scalar, F::p> innovation;
+      if (flow.coefficients(time_, estimate_.x, at, slope_x, innovation) == Status::ok && !all_finite(at.E))
+        return Status::sensor_not_finite;
     }
     if (!all_finite(slope_P)) return Status::dynamics_not_finite;
     return Rule::symmetric || !x_finite ? Status::covariance_lost : Status::riccati_escape;

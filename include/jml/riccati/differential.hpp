@@ -194,6 +194,7 @@ class Flow {
       if (!symmetric && rate_ * h < Scalar(-0.5)) return Status::riccati_escape;
       if (rate_ * h > Scalar(1.39)) return Status::step_too_long;
     } else if constexpr (measured) {
+      if (!all_finite(feedback_)) return Status::ok;  // blamed at the end of the interval
       if (!symmetric && pole_within(2 * h)) return Status::riccati_escape;
       if (!positive(Scalar(1.39), -h)) return Status::step_too_long;
     }

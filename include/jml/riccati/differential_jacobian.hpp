@@ -70,7 +70,7 @@ template <typename Flow, typename Out>
   if (flow.coefficients(time, x, at, drift, innovation) != Status::ok) return false;
   J.setZero();
 
-  typename Flow::Square left = at.A, right = at.B.transpose();
+  typename Flow::Square left = at.A, right = kernel::transposed(at.B);
   if constexpr (p > 0) {
     left -= P * at.W * at.E;
     right -= at.W * at.E * P;

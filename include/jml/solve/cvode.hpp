@@ -27,7 +27,7 @@ enum class CvodeMethod {
 struct CvodeOptions {
   CvodeMethod method = CvodeMethod::adams;
   double relative_tolerance = 1e-6;
-  double absolute_tolerance = 1e-8;  ///< of every component, in its unit
+  double absolute_tolerance = 1e-8;   ///< of every component, in its unit
   int max_steps = 10000;              ///< over one interval
   double first_step = 0;              ///< s; 0: CVODE's choice
   double min_step = 0, max_step = 0;  ///< s; 0: no limit
@@ -84,6 +84,7 @@ template <int size>
 class CvodeSolver {
  public:
   using State = Vector<double, size>;
+  static constexpr int max_refusals = 200;  ///< of the equations in one interval; then it is refused
 
   explicit CvodeSolver(const CvodeOptions& options = {}) : options_(options) {}
   CvodeSolver(const CvodeSolver& other) : options_(other.options_) {}
@@ -152,6 +153,9 @@ class CvodeSolver {
       return report;
     }
     report.status = cvode_status(report.code, m.reason);
+    // Steps that creep because the equations refuse what lies ahead are no lack of steps.
+    if (report.code == CV_TOO_MUCH_WORK && m.reason != Status::ok && m.since_refusal < 50)
+      report.status = m.reason;
     if (report.status == Status::ok && !all_finite(m.z)) report.status = Status::dynamics_not_finite;
     if (report.status == Status::ok) {
       z = m.z;
@@ -176,7 +180,9 @@ class CvodeSolver {
     const void* equations = nullptr;
     Status (*derivative)(const void*, double, const double*, double*) = nullptr;
     bool (*jacobian)(const void*, double, const double*, double*) = nullptr;
-    Status reason = Status::ok;
+    Status reason = Status::ok;  // of the last refusal in this interval
+    long since_refusal = 0;      // evaluations
+    int refusals = 0;            // in this interval
 
     Memory() = default;
     Memory(const Memory&) = delete;
@@ -187,6 +193,7 @@ class CvodeSolver {
     void bind(const Equations& e) {
       equations = &e;
       reason = Status::ok;
+      since_refusal = refusals = 0;
       derivative = [](const void* self, double t, const double* state, double* out) {
         return static_cast<const Equations*>(self)->derivative(t, state, out);
       };
@@ -262,8 +269,13 @@ class CvodeSolver {
     static int evaluate(sunrealtype t, N_Vector state, N_Vector out, void* data) {
       Memory& m = *static_cast<Memory*>(data);
       const Status status = m.derivative(m.equations, t, N_VGetArrayPointer(state), N_VGetArrayPointer(out));
+      if (status == Status::ok) {
+        ++m.since_refusal;
+        return 0;
+      }
       m.reason = status;
-      return status == Status::ok ? 0 : 1;
+      m.since_refusal = 0;
+      return ++m.refusals <= max_refusals ? 1 : -1;  // 1: try a smaller step
     }
 
     static int differentiate(sunrealtype t, N_Vector state, N_Vector, SUNMatrix out, void* data, N_Vector,

@@ -49,6 +49,8 @@ template <typename Flow>
         status = stage;
       } else if (i == 0) {
         status = flow.permits(h);
+      } else if (i == 3 && status == Status::ok && flow.pole_within(2 * h) && all_finite(slope_P)) {
+        status = Status::riccati_escape;
       }
       kernel::add_scaled(sum_x, sum_x, weight[i], slope_x);
       kernel::add_scaled(sum_P, sum_P, weight[i], slope_P);
