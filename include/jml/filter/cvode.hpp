@@ -10,6 +10,7 @@
 /// a held value that did not change only continues what was: order and step are kept.
 #pragma once
 
+#include <algorithm>
 #include <jml/filter/continuous.hpp>
 #include <jml/riccati/differential_jacobian.hpp>
 #include <jml/solve/cvode.hpp>
@@ -105,14 +106,17 @@ class Cvode::Engine {
     kind_ = kind<Flow>();
   }
 
-  /// True where measurement and control begin as they ended.
+  /// True where measurement and control begin as they ended, to rounding.
   template <typename Flow>
   [[nodiscard]] bool follows(const Flow& flow, double time) const {
     const auto y = flow.measured_at(time);
     const auto u = flow.at(time).control;
+    const auto same = [](double a, double b) {
+      return std::abs(a - b) <= 1e-13 * (std::abs(a) + std::abs(b));
+    };
     return kind_ == kind<Flow>() && last_.size() == static_cast<std::size_t>(y.size() + u.size()) &&
-           std::equal(y.data(), y.data() + y.size(), last_.begin()) &&
-           std::equal(u.data(), u.data() + u.size(), last_.begin() + y.size());
+           std::equal(y.data(), y.data() + y.size(), last_.begin(), same) &&
+           std::equal(u.data(), u.data() + u.size(), last_.begin() + y.size(), same);
   }
 
   CvodeSolver<size> solver_;

@@ -34,11 +34,13 @@ struct HeldSignal {
 };
 
 /// y(t) between two samples; `change` is the sensor's own difference, so that an angle takes the short way.
+/// Exactly the samples at both ends, so that the next line is seen to go on from here.
 template <typename Scalar, int p>
 struct LineSignal {
-  Vector<Scalar, p> from, change;
+  Vector<Scalar, p> from, to, change;
   double start, length;
   Vector<Scalar, p> operator()(double time) const {
+    if (time >= start + length) return to;
     return from + static_cast<Scalar>((time - start) / length) * change;
   }
 };
@@ -81,7 +83,7 @@ template <int p, typename Scalar, typename S, typename Y, typename Use, typename
   } else if constexpr (requires { y.from; }) {
     if (!all_finite(y.from) || !all_finite(y.to)) return refuse();
     const Vector<Scalar, p> change = measurement_residual(sensor, y.to, y.from);
-    use(LineSignal<Scalar, p>{y.from, change, start, length});
+    use(LineSignal<Scalar, p>{y.from, y.to, change, start, length});
   } else {
     const Vector<Scalar, p> held = as_measurement<p, Scalar>(y);
     if (!all_finite(held)) return refuse();
