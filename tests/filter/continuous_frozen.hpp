@@ -74,6 +74,7 @@ struct Problem {
   Sensor<n, p> sensor;
   jml::Estimate<double, n> start;
   jml::Vector<double, p> y;
+  jml::Vector<double, p> climb = jml::Vector<double, p>::Zero();  ///< of y, per second
 };
 
 /// Slots near each other, as a model's are: B = A and D = E but for `twist`.
@@ -116,7 +117,8 @@ Solution<n> solve(const Problem<n, p>& problem, double dt) {
   const jml::Matrix<long double, n, p> W =
       problem.sensor.D.template cast<long double>().transpose() * information;
   const Square WE = W * E;
-  const X drive = W * (problem.y - problem.sensor.e).template cast<long double>();
+  const X start_drive = W * (problem.y - problem.sensor.e).template cast<long double>();
+  const X climb = W * problem.climb.template cast<long double>();
   Solution<n> s{problem.start.x.template cast<long double>(), problem.start.P.template cast<long double>()};
   X x[degree + 1];
   Square P[degree + 1];
@@ -128,10 +130,12 @@ Solution<n> solve(const Problem<n, p>& problem, double dt) {
     }
     const long double h =
         std::min<long double>(dt - t, 0.2L / (A.norm() + B.norm() + WE.norm() * s.P.norm()));
+    const X drive = start_drive + t * climb;
     x[0] = s.x;
     P[0] = s.P;
     for (int k = 0; k < degree; ++k) {
       x[k + 1] = A * x[k] + P[k] * drive;
+      if (k > 0) x[k + 1] += P[k - 1] * climb;
       P[k + 1] = A * P[k] + P[k] * B.transpose();
       if (k == 0) {
         x[1] += problem.dynamics.a.template cast<long double>();

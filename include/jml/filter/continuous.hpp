@@ -59,8 +59,8 @@ class ContinuousFilter {
   template <typename S>
   using Measurement = Vector<Scalar, measurements_of<S>>;
 
-  /// `initial.P`: symmetric positive semidefinite. `time`: s, of `initial`. A bad one does not throw:
-  /// status() names it, and every step answers it until reset() gives a good one.
+  /// `initial.P`: symmetric positive semidefinite; of a nonsymmetric rule its symmetric part. `time`: s, of
+  /// `initial`. A bad one does not throw: status() names it, and every step answers it until reset().
   ContinuousFilter(Rule rule, D dynamics, const Estimate<Scalar, states>& initial, Integrator integrator = {},
                    double time = 0)
       : rule_(std::move(rule)),

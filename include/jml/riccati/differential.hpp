@@ -14,19 +14,11 @@
 
 #include <jml/factors.hpp>
 #include <jml/riccati/gain_rule.hpp>
+#include <jml/riccati/measurement_noise.hpp>
 #include <jml/riccati/process_noise.hpp>
 #include <jml/status.hpp>
 
 namespace jml {
-
-/// The recursive nonlinear least squares filter, eq. (19): the JML row of Table 1 in continuous time.
-template <typename Reference = AboutOrigin>
-struct Rnls : Jml<Reference> {
-  constexpr Rnls()
-    requires(std::is_empty_v<Reference>)
-  = default;
-  constexpr explicit Rnls(const Reference& about) : Jml<Reference>(about) {}
-};
 
 /// What a continuous filter reports of an interval, beside the estimate.
 template <typename Scalar, int n, int p>
@@ -37,60 +29,6 @@ struct FlowReport {
   long steps = 0;                                            ///< of the integrator
   long evaluations = 0;                                      ///< of the differential equations
 };
-
-namespace detail {
-
-/// Stands for the sensor where there is no measurement.
-struct NoSensor {
-  static constexpr int measurements = 0;
-};
-
-/// R and R⁻¹ of a measurement in continuous time, formed and checked once where R is a constant.
-template <typename Scalar, int n, typename S>
-class MeasurementNoise {
-  static constexpr int p = SensorTraits<S>::measurements;
-  using X = Vector<Scalar, n>;
-  using Square = Matrix<Scalar, p, p>;
-  template <typename At>
-  static constexpr bool constant = !requires(const S& s, const X& x) {
-    SensorTraits<S>::noise_spectral_density(s, x);
-  } && !requires(const S& s, const X& x, const At& at) { SensorTraits<S>::noise_spectral_density(s, x, at); };
-
- public:
-  /// False where R is not finite, not symmetric or not positive definite. `x` and `at` are of the start.
-  template <typename At>
-  [[nodiscard]] bool prepare(const S& s, const X& x, const At& at) {
-    return form(s, x, at);
-  }
-  /// The same at another point, where R may have changed.
-  template <typename At>
-  [[nodiscard, gnu::always_inline]] bool at_point(const S& s, const X& x, const At& at) {
-    if constexpr (constant<At>)
-      return true;
-    else
-      return form(s, x, at);
-  }
-
-  Square R, inverse;
-
- private:
-  template <typename At>
-  bool form(const S& s, const X& x, const At& at) {
-    R = noise_spectral_density(s, x, at);
-    if (!is_noise_covariance(R)) return false;
-    kernel::SymmetricFactor<Scalar, p> factor;
-    if (!factor.factor(R)) return false;
-    if constexpr (p == 1) {
-      inverse = factor.inverse_diagonal;
-    } else {
-      for (int j = 0; j < p; ++j) inverse.col(j) = factor.solve(Square::Identity().col(j));
-      inverse = ((inverse + inverse.transpose()) / Scalar(2)).eval();
-    }
-    return true;
-  }
-};
-
-}  // namespace detail
 
 /// The coefficients of eq. (19) at one point; D, E, R are there with a measurement only.
 template <typename Scalar, int n, int p>

@@ -75,6 +75,15 @@ struct Jml : GainRule<Slot::sdc, Slot::jacobian, Slot::jacobian, Slot::sdc, Refe
   constexpr explicit Jml(const Reference& about) { this->reference = about; }
 };
 
+/// The recursive nonlinear least squares filter (Rusnak 2018, eq. (19)): the JML row in continuous time.
+template <typename Reference = AboutOrigin>
+struct Rnls : Jml<Reference> {
+  constexpr Rnls()
+    requires(std::is_empty_v<Reference>)
+  = default;
+  constexpr explicit Rnls(const Reference& about) : Jml<Reference>(about) {}
+};
+
 /// A rule of the one-pass recursion.
 template <typename Rule>
 concept OnePassRule = requires {

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// R and R⁻¹ of a measurement in continuous time, formed and checked once where R is a constant.
+#pragma once
+
+#include <jml/factors.hpp>
+#include <jml/model/concepts.hpp>
+
+namespace jml {
+
+namespace detail {
+
+/// Stands for the sensor where there is no measurement.
+struct NoSensor {
+  static constexpr int measurements = 0;
+};
+
+/// R and R⁻¹ of a measurement in continuous time, formed and checked once where R is a constant.
+template <typename Scalar, int n, typename S>
+class MeasurementNoise {
+  static constexpr int p = SensorTraits<S>::measurements;
+  using X = Vector<Scalar, n>;
+  using Square = Matrix<Scalar, p, p>;
+  template <typename At>
+  static constexpr bool constant = !requires(const S& s, const X& x) {
+    SensorTraits<S>::noise_spectral_density(s, x);
+  } && !requires(const S& s, const X& x, const At& at) { SensorTraits<S>::noise_spectral_density(s, x, at); };
+
+ public:
+  /// False where R is not finite, not symmetric or not positive definite. `x` and `at` are of the start.
+  template <typename At>
+  [[nodiscard]] bool prepare(const S& s, const X& x, const At& at) {
+    return form(s, x, at);
+  }
+  /// The same at another point, where R may have changed.
+  template <typename At>
+  [[nodiscard, gnu::always_inline]] bool at_point(const S& s, const X& x, const At& at) {
+    if constexpr (constant<At>)
+      return true;
+    else
+      return form(s, x, at);
+  }
+
+  Square R, inverse;
+
+ private:
+  template <typename At>
+  bool form(const S& s, const X& x, const At& at) {
+    R = noise_spectral_density(s, x, at);
+    if (!is_noise_covariance(R)) return false;
+    kernel::SymmetricFactor<Scalar, p> factor;
+    if (!factor.factor(R)) return false;
+    if constexpr (p == 1) {
+      inverse = factor.inverse_diagonal;
+    } else {
+      for (int j = 0; j < p; ++j) inverse.col(j) = factor.solve(Square::Identity().col(j));
+      inverse = ((inverse + inverse.transpose()) / Scalar(2)).eval();
+    }
+    return true;
+  }
+};
+
+}  // namespace detail
+
+}  // namespace jml
