@@ -151,6 +151,7 @@ void register_case(const std::string& size, const Case& c, const Iterated& itera
 
 void register_continuous();  // continuous.cpp
 void register_algebraic();   // algebraic.cpp
+void register_deep();        // deep.cpp
 
 int main(int argc, char** argv) {
   const jml::IterationOptions options{.tolerance = 1e-10};
@@ -161,6 +162,7 @@ int main(int argc, char** argv) {
   register_case("n15", make_n15(), jml::IteratedJml{options});
   register_continuous();
   register_algebraic();
+  register_deep();
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();
 }

@@ -22,56 +22,103 @@ struct SymmetricFactor {
       inverse_diagonal(0) = Scalar(1) / s(0, 0);
       return s(0, 0) > Scalar(0) && s(0, 0) <= std::numeric_limits<Scalar>::max();
     }
-    lower = s;
+    if constexpr (p == 2) {  // two divisions side by side, where the loop has one after the other
+      const Scalar rest = s(0, 0) * s(1, 1) - s(1, 0) * s(1, 0);
+      inverse_diagonal(0) = Scalar(1) / s(0, 0);
+      inverse_diagonal(1) = s(0, 0) / rest;
+      lower(1, 0) = s(1, 0) * inverse_diagonal(0);
+      return (s(0, 0) > Scalar(0)) & (s(1, 1) > Scalar(0)) & (rest > slack * (s(0, 0) * s(1, 1))) &
+             (rest <= std::numeric_limits<Scalar>::max());
+    }
+    assign(lower, s);
     bool positive = true;
-    for (int k = 0; k < p; ++k) {
+    repeat<p>([&](int k) __attribute__((always_inline)) {
       const Scalar pivot = lower(k, k);
       positive &= pivot > slack * s(k, k) && s(k, k) > Scalar(0);
       const Scalar inverse = Scalar(1) / pivot;
       inverse_diagonal(k) = inverse;
-      for (int j = k + 1; j < p; ++j) {
+      between(k + 1, p, [&](int j) __attribute__((always_inline)) {
         const Scalar factor = lower(j, k) * inverse;
-        for (int i = j; i < p; ++i) lower(i, j) -= lower(i, k) * factor;
-      }
-      for (int i = k + 1; i < p; ++i) lower(i, k) *= inverse;
-    }
+        between(j, p, [&](int i) __attribute__((always_inline)) { lower(i, j) -= lower(i, k) * factor; });
+      });
+      between(k + 1, p, [&](int i) __attribute__((always_inline)) { lower(i, k) *= inverse; });
+    });
     return positive;
   }
 
   /// bᵀ S⁻¹ b.
-  [[nodiscard]] Scalar squared_norm(const Vector<Scalar, p>& b) const {
-    Vector<Scalar, p> z = b;
+  [[nodiscard, gnu::always_inline]] Scalar squared_norm(const Vector<Scalar, p>& b) const {
+    if constexpr (p == 1) return b(0) * b(0) * inverse_diagonal(0);
+    Vector<Scalar, p> z;
+    assign(z, b);
     Scalar sum = 0;
-    for (int i = 0; i < p; ++i) {
-      for (int k = 0; k < i; ++k) z(i) -= lower(i, k) * z(k);
+    repeat<p>([&](int i) __attribute__((always_inline)) {
+      between(0, i, [&](int k) __attribute__((always_inline)) { z(i) -= lower(i, k) * z(k); });
       sum += z(i) * z(i) * inverse_diagonal(i);
-    }
+    });
     return sum;
   }
 
   /// S⁻¹ b.
-  [[nodiscard]] Vector<Scalar, p> solve(const Vector<Scalar, p>& b) const {
-    Vector<Scalar, p> z = b;
-    for (int i = 0; i < p; ++i) {
-      for (int k = 0; k < i; ++k) z(i) -= lower(i, k) * z(k);
-    }
-    for (int i = p - 1; i >= 0; --i) {
+  [[nodiscard, gnu::always_inline]] Vector<Scalar, p> solve(const Vector<Scalar, p>& b) const {
+    Vector<Scalar, p> z;
+    assign(z, b);
+    repeat<p>([&](int i) __attribute__((always_inline)) {
+      between(0, i, [&](int k) __attribute__((always_inline)) { z(i) -= lower(i, k) * z(k); });
+    });
+    repeat<p>([&](int back) __attribute__((always_inline)) {
+      const int i = p - 1 - back;
       z(i) *= inverse_diagonal(i);
-      for (int k = i + 1; k < p; ++k) z(i) -= lower(k, i) * z(k);
-    }
+      between(i + 1, p, [&](int k) __attribute__((always_inline)) { z(i) -= lower(k, i) * z(k); });
+    });
     return z;
   }
 
   /// v = w L⁻ᵀ and gain = w S⁻¹, for n×p w. Then w S⁻¹ wᵀ = (v D⁻¹) vᵀ; `scaled` is v D⁻¹.
   template <int n>
-  void right_solve(const Matrix<Scalar, n, p>& w, Matrix<Scalar, n, p>& v, Matrix<Scalar, n, p>& scaled,
-                   Matrix<Scalar, n, p>& gain) const {
+  [[gnu::always_inline]] void right_solve(const Matrix<Scalar, n, p>& w, Matrix<Scalar, n, p>& v,
+                                          Matrix<Scalar, n, p>& scaled, Matrix<Scalar, n, p>& gain) const {
     if constexpr (p == 1) {
       assign(v, w);
       kernel::scale(scaled, inverse_diagonal(0), w);
       kernel::scale(gain, inverse_diagonal(0), w);
-      return;
+    } else if constexpr (p <= 3 && n <= 3) {
+      repeat<p>([&](int j) __attribute__((always_inline)) {
+        repeat<n>([&](int i) __attribute__((always_inline)) {
+          Scalar sum = w(i, j);
+          between(0, j, [&](int k) __attribute__((always_inline)) { sum -= v(i, k) * lower(j, k); });
+          v(i, j) = sum;
+          scaled(i, j) = sum * inverse_diagonal(j);
+        });
+      });
+      repeat<p>([&](int back) __attribute__((always_inline)) {
+        const int j = p - 1 - back;
+        repeat<n>([&](int i) __attribute__((always_inline)) {
+          Scalar sum = scaled(i, j);
+          between(j + 1, p, [&](int k) __attribute__((always_inline)) { sum -= gain(i, k) * lower(k, j); });
+          gain(i, j) = sum;
+        });
+      });
+    } else {
+      right_solve_columns(w, v, scaled, gain);
     }
+  }
+
+ private:
+  /// f(begin), …, f(end - 1), written out where p is small; see repeat().
+  template <typename F>
+  [[gnu::always_inline]] static void between(int begin, int end, const F& f) {
+    if constexpr (p <= 3) {
+      repeat<p>([&](int i) __attribute__((always_inline)) {
+        if (i >= begin && i < end) f(i);
+      });
+    } else {
+      for (int i = begin; i < end; ++i) f(i);
+    }
+  }
+  template <int n>
+  void right_solve_columns(const Matrix<Scalar, n, p>& w, Matrix<Scalar, n, p>& v,
+                           Matrix<Scalar, n, p>& scaled, Matrix<Scalar, n, p>& gain) const {
     for (int j = 0; j < p; ++j) {
       v.col(j) = w.col(j);
       for (int k = 0; k < j; ++k) v.col(j) -= v.col(k) * lower(j, k);
@@ -193,6 +240,16 @@ struct SemidefiniteFactor {
       pivot[k] = best;
       rank = k + 1;
     }
+  }
+
+  /// c with L c = b, for a b in the range of a; zero beyond the rank.
+  [[nodiscard]] Vector<Scalar, n> coordinates(const Vector<Scalar, n>& b) const {
+    Vector<Scalar, n> left = b, out = Vector<Scalar, n>::Zero();
+    for (int k = 0; k < rank; ++k) {
+      out(k) = left(pivot[k]) / L(pivot[k], k);
+      left -= out(k) * L.col(k);
+    }
+    return out;
   }
 
   /// out = bᵀ a⁺ b for a b in the range of a; false where some entry of b is farther from it than `slack`

@@ -9,11 +9,15 @@
 
 #include <jml/analysis/lyapunov.hpp>
 #include <jml/analysis/observability.hpp>
+#include <jml/batch/batch.hpp>
 #include <jml/batch/criterion.hpp>
+#include <jml/batch/excess_cost.hpp>
 #include <jml/filter/algebraic.hpp>
 #include <jml/filter/continuous.hpp>
 #include <jml/filter/filter.hpp>
+#include <jml/filter/fixed_lag.hpp>
 #include <jml/filter/iterated.hpp>
 #include <jml/filter/one_step_cost.hpp>
+#include <jml/filter/smoother.hpp>
 #include <jml/model/check.hpp>
 #include <jml/riccati/davison_maki.hpp>

@@ -151,4 +151,48 @@ template <int sign, typename Scalar, int n, int inner>
   });
 }
 
+/// out = start + sign · aᵀ b. `out` may be `start`.
+template <int sign, typename Scalar, int rows, int inner, int cols>
+[[gnu::always_inline]] inline void add_transposed_product(const Matrix<Scalar, rows, cols>& start,
+                                                          const Matrix<Scalar, inner, rows>& a,
+                                                          const Matrix<Scalar, inner, cols>& b,
+                                                          Matrix<Scalar, rows, cols>& out) {
+  if constexpr (rows <= 3 && inner <= 3 && cols <= 3) {
+    repeat<cols>([&](int j) __attribute__((always_inline)) {
+      repeat<rows>([&](int i) __attribute__((always_inline)) {
+        Scalar sum = start(i, j);
+        repeat<inner>([&](int k) __attribute__((always_inline)) {
+          sum += sign > 0 ? a(k, i) * b(k, j) : -(a(k, i) * b(k, j));
+        });
+        out(i, j) = sum;
+      });
+    });
+  } else {
+    add_product<sign>(start, transposed(a), b, out);
+  }
+}
+
+/// out = start + sign · aᵀ b where the result is known to be symmetric.
+template <int sign, typename Scalar, int n, int inner>
+[[gnu::always_inline]] inline void add_symmetric_transposed_product(const Matrix<Scalar, n, n>& start,
+                                                                    const Matrix<Scalar, inner, n>& a,
+                                                                    const Matrix<Scalar, inner, n>& b,
+                                                                    Matrix<Scalar, n, n>& out) {
+  if constexpr (n <= 3 && inner <= 3) {
+    repeat<n>([&](int j) __attribute__((always_inline)) {
+      repeat<n>([&](int i) __attribute__((always_inline)) {
+        if (i < j) return;
+        Scalar sum = start(i, j);
+        repeat<inner>([&](int k) __attribute__((always_inline)) {
+          sum += sign > 0 ? a(k, i) * b(k, j) : -(a(k, i) * b(k, j));
+        });
+        out(i, j) = sum;
+        out(j, i) = sum;
+      });
+    });
+  } else {
+    add_symmetric_product<sign>(start, transposed(a), transposed(b), out);
+  }
+}
+
 }  // namespace jml::kernel

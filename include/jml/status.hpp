@@ -41,6 +41,8 @@ enum class Status : std::uint8_t {
   no_stabilizing_solution,  ///< algebraic Riccati equation: an unstable mode is not detectable (or not
                             ///< stabilisable), so that no solution stabilises
   eigenvalues_on_axis,  ///< algebraic Riccati equation: eigenvalues on the imaginary axis, no gap to split at
+  memory_full,          ///< no room is left in the memory that was reserved at construction
+  older_than_window,    ///< a late measurement of a time that has left the window of the fixed-lag filter
 };
 
 /// Who found the root of an implicit step.
@@ -114,6 +116,10 @@ enum class Solver : std::uint8_t {
       return "refused: the Riccati equation has no stabilising solution";
     case Status::eigenvalues_on_axis:
       return "refused: the Riccati equation has eigenvalues on the imaginary axis";
+    case Status::memory_full:
+      return "refused: the memory reserved at construction is used up";
+    case Status::older_than_window:
+      return "refused: the measurement is older than the window";
   }
   return "unknown status";
 }

@@ -34,6 +34,18 @@ struct VanDerPol {
   jml::Matrix<double, 1, 1> disturbance_covariance() const { return jml::Matrix<double, 1, 1>(q_c / dt); }
 };
 
+/// The same driven by white noise within the step: what it does to a double integrator over dt (Van Loan), a
+/// regular 2×2 covariance and G = I.
+struct VanDerPolWhite : VanDerPol {
+  static constexpr int disturbances = 2;
+  jml::Matrix<double, 2, 2> disturbance_input() const { return jml::Matrix<double, 2, 2>::Identity(); }
+  jml::Matrix<double, 2, 2> disturbance_covariance() const {
+    jml::Matrix<double, 2, 2> Q;
+    Q << dt * dt * dt / 3, dt * dt / 2, dt * dt / 2, dt;
+    return q_c * Q;
+  }
+};
+
 /// y = x / sqrt(1 + x²) + v.
 struct SaturatingPosition {
   static constexpr int measurements = 1;

@@ -6,6 +6,9 @@
 /// inverting N: P_0 = 0 and a rank-deficient G Q Gᵀ are ordinary, and P⁺ Dᵀ R⁻¹ = K. (The print of (7) has
 /// P_i in the update; it is P_{i+1}.) A symmetric rule factors S = L D Lᵀ and mirrors one triangle, so P
 /// stays exactly symmetric; a nonsymmetric one uses LU with column exchanges.
+///
+/// A rule that has keep_transition(A) and keep_correction(D, S, innovation, K) is handed what a step used, as
+/// a smoother's is; for any other rule nothing is compiled.
 #pragma once
 
 #include <jml/factors.hpp>
@@ -106,6 +109,7 @@ template <typename Rule, typename D, typename Scalar, int n, typename At>
   kernel::assign(x, predicted_state(d, prior.x, at));
   const Vector<Scalar, n>& point = Rule::evaluated_at == EvaluatedAt::estimate ? prior.x : x;
   const Matrix<Scalar, n, n> A = dynamics_slot<Rule::A>(rule, d, point, prior.x, at);
+  if constexpr (requires { rule.keep_transition(A); }) rule.keep_transition(A);
   Matrix<Scalar, n, n> AP;
   kernel::product(A, prior.P, AP);
   const bool valid = process_noise.with(
@@ -181,6 +185,8 @@ template <typename Rule, typename S, typename Scalar, int n, int p, typename At>
       return;
     }
   }
+  if constexpr (requires { rule.keep_correction(slot_d, S_matrix, innovation, gain); })
+    rule.keep_correction(slot_d, S_matrix, innovation, gain);
   kernel::add_product<1>(prediction, gain, innovation, x);
   if (!(is_sound<Rule::symmetric>(P) && all_finite(x))) answer(blame(prediction, N, y, slot_d, report, true));
 }

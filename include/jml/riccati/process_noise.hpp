@@ -33,11 +33,13 @@ class ProcessNoise {
     else
       return requires(const D& d, const A&... a) { Traits::disturbance_covariance(d, a...); };
   }
+
+ public:
+  /// G and Q are the same at every state and time.
   static constexpr bool constant =
       q == 0 || (gives_Q<>() && !gives_Q<X>() && !gives_Q<X, At>() &&
                  (identity_input || requires(const D& d) { Traits::disturbance_input(d); }));
 
- public:
   explicit ProcessNoise(const D& d) {
     if constexpr (constant) valid_ = form(d, X::Zero(), At{}, noise_);
   }

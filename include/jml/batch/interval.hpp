@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What an interval of the criterion J (Rusnak 2015, eq. (5)) consists of: a prior, nodes, and the
+/// measurements of each node. Batch keeps it in reserved memory, FixedLag in static memory; batch/sweep.hpp
+/// works on either.
+#pragma once
+
+#include <jml/model/sensors.hpp>
+#include <jml/riccati/costate.hpp>
+#include <jml/riccati/difference.hpp>
+#include <jml/riccati/noise_root.hpp>
+#include <tuple>
+
+namespace jml::detail {
+
+/// Takes no room where a model does not need it.
+struct Nothing {};
+
+/// A state and the step that leads to it. Two of each, so that a trial never touches the nominal.
+template <typename Scalar, typename D, bool keeps_instant>
+struct IntervalNode {
+  using Root = NoiseRoot<Scalar, D>;
+  static constexpr int n = Root::n, q = Root::q;
+  using At = typename Root::At;
+
+  Vector<Scalar, n> x[2] = {Vector<Scalar, n>::Zero(), Vector<Scalar, n>::Zero()};
+  Vector<Scalar, q> b[2] = {Vector<Scalar, q>::Zero(), Vector<Scalar, q>::Zero()};  // whitened disturbance
+  Feedback<Scalar, n, q> law{};
+  [[no_unique_address]] std::conditional_t<Root::constant, Nothing, Root> noise{};
+  [[no_unique_address]] std::conditional_t<keeps_instant, At, Nothing> instant{};
+
+  /// The Instant of the step that leads here.
+  [[nodiscard, gnu::always_inline]] At at() const {
+    if constexpr (keeps_instant)
+      return instant;
+    else
+      return {};
+  }
+};
+
+/// One measurement, with R factored once; a state-dependent R is frozen at the nominal.
+template <typename Scalar, int n, typename S, typename At>
+struct Record {
+  static constexpr int p = measurements_of<S>;
+  static constexpr bool varies = requires(const S& s, const Vector<Scalar, n>& x) {
+    SensorTraits<S>::noise_covariance(s, x);
+  } || requires(const S& s, const Vector<Scalar, n>& x, const At& at) {
+    SensorTraits<S>::noise_covariance(s, x, at);
+  };
+
+  [[no_unique_address]] S sensor;
+  Vector<Scalar, p> y = Vector<Scalar, p>::Zero();
+  kernel::SymmetricFactor<Scalar, p> R{Matrix<Scalar, p, p>::Zero(), Vector<Scalar, p>::Zero()};
+
+  /// False where R is no covariance.
+  bool freeze(const Vector<Scalar, n>& x, const At& at) {
+    const Matrix<Scalar, p, p> value = noise_covariance(sensor, x, at);
+    return is_noise_covariance(value) && R.factor(value);
+  }
+};
+
+/// True where the dynamics or any sensor read time, dt or control, so that nodes must keep them.
+template <typename Scalar, typename D, typename List>
+constexpr bool keeps_instant = true;
+template <typename Scalar, typename D, typename... S>
+constexpr bool keeps_instant<Scalar, D, Sensors<S...>> =
+    reads_instant<Scalar, D>() ||
+    (sensor_reads_instant<S, Vector<Scalar, states_of<D>>, Instant<Scalar, DynamicsTraits<D>::controls>>() ||
+     ...);
+
+/// x̂_0, P_0 = L Lᵀ, and the whitened offset a of the nominal x_0 = x̂_0 + L a.
+template <typename Scalar, int n>
+struct Prior {
+  Vector<Scalar, n> x = Vector<Scalar, n>::Zero();
+  Matrix<Scalar, n, n> L = Matrix<Scalar, n, n>::Zero();
+  Vector<Scalar, n> a[2] = {Vector<Scalar, n>::Zero(), Vector<Scalar, n>::Zero()};
+  Vector<Scalar, n> law = Vector<Scalar, n>::Zero();  // δa of the last backward pass
+
+  void set(const Estimate<Scalar, n>& estimate) {
+    x = estimate.x;
+    L = kernel::SemidefiniteFactor<Scalar, n>(estimate.P).L;
+    a[0].setZero();
+    a[1].setZero();
+  }
+};
+
+/// ½ (x_N - target)ᵀ weight (x_N - target), a term that J does not have; see batch/excess_cost.hpp.
+template <typename Scalar, int n>
+struct Terminal {
+  Vector<Scalar, n> target = Vector<Scalar, n>::Zero();
+  Matrix<Scalar, n, n> weight = Matrix<Scalar, n, n>::Zero();
+};
+
+}  // namespace jml::detail

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Gauss-Newton with Levenberg-Marquardt damping on the criterion J of an interval, by batch/sweep.hpp.
+#pragma once
+
+#include <algorithm>
+#include <jml/batch/sweep.hpp>
+
+namespace jml {
+
+/// How J is minimised.
+struct BatchOptions {
+  int max_iterations = 100;  ///< backward passes, rejected ones included
+  /// Stop where the next step would be this long: root mean square over the unknowns, in their posterior
+  /// standard deviations. 0 asks for the default, 1e-10 (float: 1e-4).
+  double tolerance = 0;
+  Loss loss{};  ///< of the measurements
+  /// Newton's method: the second derivatives of f and m, in place of Gauss-Newton's model without them, where
+  /// that model has a minimum and lowers J. A pass costs more, and far fewer are needed.
+  bool newton = true;
+  bool accept_at_limit = false;  ///< max_iterations reached is accepted_at_limit and no refusal
+
+  [[nodiscard]] bool valid() const {
+    return max_iterations > 0 && tolerance >= 0 && tolerance < 1 && loss.valid();
+  }
+};
+
+/// How a minimisation ended.
+template <typename Scalar>
+struct BatchReport {
+  /// ok: the tolerance is met. accepted_at_rounding: J and its gradient are at the rounding of the states,
+  /// above the tolerance. not_converged: out of iterations, or no step lowers J.
+  Status status = Status::ok;
+  int iterations = 0;  ///< backward passes
+  Scalar cost = std::numeric_limits<Scalar>::quiet_NaN();
+  /// |∇J| over the whitened unknowns (x_0 in units of P_0^½, w in units of Q^½), 2-norm, at the answer.
+  Scalar gradient = std::numeric_limits<Scalar>::quiet_NaN();
+  /// Root mean square of the next step, in posterior standard deviations.
+  Scalar step = std::numeric_limits<Scalar>::quiet_NaN();
+};
+
+namespace detail {
+
+/// From the nominal of `store`; `feasible`: it is a trajectory of the model, else a sequence of states.
+/// `once`: G, Q, R are frozen at the start only; else until they no longer change with the answer.
+/// The nominal ends as the best trajectory found: on any failure it is where it was, or has a lower J.
+template <typename Store>
+BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& options, bool feasible,
+                                             bool once) {
+  using Scalar = typename Store::Number;
+  using D = typename Store::Dynamics;
+  constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
+  const Scalar tolerance = options.tolerance > 0 ? static_cast<Scalar>(options.tolerance)
+                                                 : std::max(Scalar(1e-10), Scalar(1e3) * epsilon);
+  BatchReport<Scalar> report;
+  Sweep<Store> sweep(store, options.loss);
+  PassSums<Scalar> sums;
+  Scalar change = 0;
+  report.status = sweep.freeze(change);
+  if (report.status != Status::ok) return report;
+
+  const auto unknowns = static_cast<Scalar>(states_of<D> + store.last() * DynamicsTraits<D>::disturbances);
+  constexpr Scalar none = std::numeric_limits<Scalar>::infinity();
+  Scalar damping = 0, growth = 4, scale = 1, before = none, step = 0;
+  bool loose = !feasible, known = false, accepted = false;
+  bool newton = false;
+  report.status = Status::not_converged;
+  while (report.iterations < options.max_iterations) {
+    ++report.iterations;
+    const bool full = newton && !loose && sweep.template backward<Curvature::full, false>(damping, sums);
+    const bool sound = full || (loose ? sweep.template backward<Curvature::none, true>(damping, sums)
+                                      : sweep.template backward<Curvature::none, false>(damping, sums));
+    if (!sound) {
+      if (!loose) {
+        report.status = accepted ? Status::not_converged : Status::sensor_not_finite;
+        return report;
+      }
+      // The guess is no place to linearise at: begin at the prediction instead.
+      report.cost = sweep.predict();
+      if (!std::isfinite(report.cost)) return report.status = Status::dynamics_not_finite, report;
+      store.flip();
+      loose = false;
+      known = accepted = true;
+      continue;
+    }
+    if (!loose) {
+      if (!known) report.cost = sums.cost;
+      known = true;
+      report.step = std::sqrt(Scalar(2) * sums.decrease / unknowns);
+      const Scalar floor = Scalar(64) * epsilon * (std::abs(report.cost) + Scalar(1));
+      const bool met = damping == Scalar(0) && report.step <= tolerance;
+      const bool at_rounding = sums.decrease <= floor && sums.decrease > before / Scalar(4);
+      if (met || at_rounding) {
+        report.status = met ? Status::ok : Status::accepted_at_rounding;
+        if (once) return report;
+        if (const Status status = sweep.freeze(change); status != Status::ok)
+          return report.status = status, report;
+        if (!(change > tolerance)) return report.gradient = sweep.gradient(), report;
+        loose = true;
+        before = none;
+        report.status = Status::not_converged;
+        continue;
+      }
+    }
+    const Scalar cost = loose ? sweep.template forward<true>(step) : sweep.template forward<false>(step);
+    const Scalar rounding = Scalar(16) * epsilon * std::abs(report.cost) * std::sqrt(unknowns);
+    if (loose) {
+      report.cost = std::isfinite(cost) ? cost : sweep.predict();
+      if (!std::isfinite(report.cost)) return report.status = Status::dynamics_not_finite, report;
+      store.flip();
+      loose = false;
+      known = accepted = true;
+      newton = options.newton;
+    } else if (cost <= report.cost + rounding) {
+      const Scalar model = sums.decrease + damping * step / Scalar(2);
+      const Scalar ratio = model <= rounding ? Scalar(1) : (report.cost - cost) / model;
+      before = sums.decrease;
+      store.flip();
+      report.cost = cost;
+      growth = 4;
+      newton = options.newton && ratio > Scalar(0.25);  // near enough for its model
+      accepted = true;
+      if (ratio > Scalar(0.75))
+        damping /= Scalar(10);
+      else if (ratio < Scalar(0.25))
+        damping *= Scalar(2);
+      if (damping < Scalar(0.01)) damping = 0;  // C ≥ 1: this is nothing
+    } else if (full) {
+      newton = false;
+    } else {
+      if (damping == Scalar(0)) {  // |δ|² C ≈ δᵀCδ: a damping that matters is of the size of C
+        scale = Scalar(1) + (step > Scalar(0) ? Scalar(2) * sums.decrease / step : Scalar(0));
+        if (!std::isfinite(scale)) scale = 1;
+        damping = Scalar(0.1) * scale + Scalar(1);
+      } else {
+        damping *= growth;
+      }
+      if (damping > Scalar(1e15) * scale) break;
+      growth *= 4;
+    }
+  }
+  if (report.status == Status::not_converged && accepted) {
+    // The gradient of the answer, not of the step before it.
+    if (!once) {
+      report.gradient = sweep.gradient();
+      if (sweep.template backward<Curvature::none, false>(Scalar(0), sums))
+        report.step = std::sqrt(Scalar(2) * sums.decrease / unknowns);
+    }
+    if (options.accept_at_limit && report.iterations >= options.max_iterations)
+      report.status = Status::accepted_at_limit;
+  }
+  return report;
+}
+
+}  // namespace detail
+
+}  // namespace jml

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The list of sensor types that an estimator with a memory has to make room for.
+#pragma once
+
+#include <jml/model/concepts.hpp>
+
+namespace jml {
+
+/// `jml::sensors<Radar, Altimeter>`: types, not objects; each measurement brings its own sensor object.
+template <typename... S>
+struct Sensors {
+  static_assert(sizeof...(S) > 0, "jml: name at least one sensor type, jml::sensors<YourSensor>");
+  static_assert((detail::require_sensor<S>() && ...));
+  static constexpr int count = sizeof...(S);
+
+  /// The place of T in the list; `count` where it is not there.
+  template <typename T>
+  static constexpr int index_of() {
+    int index = 0, found = count;
+    ((std::is_same_v<S, T>&& found == count ? found = index++ : index++), ...);
+    return found;
+  }
+};
+template <typename... S>
+inline constexpr Sensors<S...> sensors{};
+
+namespace detail {
+
+template <typename List, typename S>
+consteval bool require_listed() {
+  static_assert(List::template index_of<S>() < List::count,
+                "jml: this sensor type is not in the estimator's list: add it to jml::sensors<...>");
+  return true;
+}
+
+}  // namespace detail
+
+}  // namespace jml
