@@ -67,9 +67,10 @@ void restart(Batch& batch, const Flight& flight) {
     store.node(j).x[store.now()] = flight.start[static_cast<std::size_t>(j)];
 }
 
-void count(benchmark::State& state, int iterations, double bytes) {
+void count(benchmark::State& state, int iterations, double gradient, double bytes) {
   const auto steps = static_cast<double>(state.range(0));
   state.counters["iterations"] = iterations;
+  state.counters["gradient"] = gradient;
   state.counters["bytes_per_step"] = bytes / steps;
   state.counters["s_per_step_and_iteration"] = benchmark::Counter(
       steps * iterations, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
@@ -87,7 +88,7 @@ void batch_jml(benchmark::State& state, bool newton) {
     report = batch.solve();
     if (!jml::usable(report.status)) state.SkipWithError(jml::describe(report.status));
   }
-  count(state, report.iterations, static_cast<double>(after - before));
+  count(state, report.iterations, report.gradient, static_cast<double>(after - before));
 }
 
 void batch_limit(benchmark::State& state, bool newton) {
@@ -105,7 +106,8 @@ void batch_limit(benchmark::State& state, bool newton) {
     batch.solve(1e-10, newton);
     benchmark::DoNotOptimize(batch.cost);
   }
-  count(state, batch.iterations, static_cast<double>(after - before));
+  count(state, batch.iterations, std::numeric_limits<double>::quiet_NaN(),
+        static_cast<double>(after - before));
 }
 
 /// One step of a fixed-lag filter, two sweeps, no early stop; as in the table of the lag demo.
@@ -167,7 +169,24 @@ void register_n6() {
 }
 
 #ifdef JML_BENCH_CERES
-void batch_ceres(benchmark::State& state, bool best);
+/// The time inside ceres::Solve alone, without the building of its problem. `best`: analytic Jacobians and a
+/// trust region that begins wide open; else one that begins at Ceres' own 1e4.
+void batch_ceres(benchmark::State& state, bool best) {
+  const Flight flight(static_cast<int>(state.range(0)));
+  Batch batch = recorded(flight);
+  jml::CeresOptions options;
+  options.gradient_tolerance = 1e-8;
+  if (!best)
+    options.solver.initial_trust_region_radius = ceres::Solver::Options().initial_trust_region_radius;
+  jml::CeresReport report;
+  for (auto _ : state) {
+    restart(batch, flight);
+    report = jml::solve_with_ceres(batch, options);
+    if (!jml::usable(report.status)) state.SkipWithError(jml::describe(report.status));
+    state.SetIterationTime(report.last.total_time_in_seconds);
+  }
+  count(state, report.iterations, report.gradient, std::numeric_limits<double>::quiet_NaN());
+}
 #endif
 
 }  // namespace
@@ -183,6 +202,10 @@ void register_deep() {
   add("batch/jml_gauss_newton", [](benchmark::State& s) { batch_jml(s, false); }, 1000000);
   add("batch/limit", [](benchmark::State& s) { batch_limit(s, false); }, 1000000);
   add("batch/limit_newton", [](benchmark::State& s) { batch_limit(s, true); }, 1000000);
+#ifdef JML_BENCH_CERES
+  add("batch/ceres", [](benchmark::State& s) { batch_ceres(s, true); }, 100000)->UseManualTime();
+  add("batch/ceres_default", [](benchmark::State& s) { batch_ceres(s, false); }, 100000)->UseManualTime();
+#endif
   register_n2();
   register_n6();
 }

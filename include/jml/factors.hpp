@@ -22,13 +22,18 @@ struct SymmetricFactor {
       inverse_diagonal(0) = Scalar(1) / s(0, 0);
       return s(0, 0) > Scalar(0) && s(0, 0) <= std::numeric_limits<Scalar>::max();
     }
-    if constexpr (p == 2) {  // two divisions side by side, where the loop has one after the other
+    // Two divisions side by side, where the loop has one after the other. Not in float: S_00 S_11 may
+    // underflow.
+    if constexpr (p == 2 && std::numeric_limits<Scalar>::max_exponent > 1000) {
       const Scalar rest = s(0, 0) * s(1, 1) - s(1, 0) * s(1, 0);
       inverse_diagonal(0) = Scalar(1) / s(0, 0);
       inverse_diagonal(1) = s(0, 0) / rest;
       lower(1, 0) = s(1, 0) * inverse_diagonal(0);
-      return (s(0, 0) > Scalar(0)) & (s(1, 1) > Scalar(0)) & (rest > slack * (s(0, 0) * s(1, 1))) &
-             (rest <= std::numeric_limits<Scalar>::max());
+      bool positive = s(0, 0) > Scalar(0);
+      positive &= s(1, 1) > Scalar(0);
+      positive &= rest > slack * (s(0, 0) * s(1, 1));
+      positive &= rest <= std::numeric_limits<Scalar>::max();
+      return positive;
     }
     assign(lower, s);
     bool positive = true;
