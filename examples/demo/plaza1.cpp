@@ -8,44 +8,18 @@
 // For the one-pass rules step() is predict() and update() in one.
 #include <cstdio>
 #include <jml/jml.hpp>
-#include <models/plaza.hpp>
 #include <string>
 
-#include "support/csv.hpp"
 #include "support/figure.hpp"
 #include "support/output.hpp"
+#include "support/plaza.hpp"
 #include "support/statistics.hpp"
 
 namespace {
 
-struct Plaza {
-  std::vector<std::array<double, 4>> truth;
-  std::vector<std::array<double, 3>> odometry, ranges, tags;
-
-  explicit Plaza(const std::filesystem::path& directory)
-      : truth(demo::read_csv<4>(directory / "ground_truth.csv")),
-        odometry(demo::read_csv<3>(directory / "odometry.csv")),
-        ranges(demo::read_csv<3>(directory / "ranges.csv")),
-        tags(demo::read_csv<3>(directory / "tags.csv")) {}
-
-  [[nodiscard]] int index_of(double tag) const {
-    int i = 0;
-    while (tags[static_cast<std::size_t>(i)][0] != tag) ++i;
-    return i;
-  }
-};
+using demo::Plaza;
 
 constexpr double expected_bias = 2.75;  // m, the middle of the range errors of these same data
-
-/// The true start pose, biases 0 ± 3 m.
-template <int tags>
-jml::Estimate<double, 3 + tags> start(const Plaza& data) {
-  jml::Estimate<double, 3 + tags> out;
-  for (int i = 0; i < 3; ++i) out.x(i) = data.truth[0][static_cast<std::size_t>(i + 1)];
-  out.P.diagonal().setConstant(9);
-  out.P.diagonal().template head<3>().setConstant(0.01);
-  return out;
-}
 
 /// A place to count from that means something here: the middle of the tags and the bias to be expected.
 jml::Vector<double, 7> middle_of_tags(const Plaza& data) {
@@ -89,7 +63,7 @@ Result run(const std::string& name, const std::string& key, const Plaza& data, c
            bool use_ranges = true) {
   Result out(name, key);
   const models::PlazaRobot<tags> robot;
-  jml::Filter filter{rule, robot, start<tags>(data), data.truth[0][0]};
+  jml::Filter filter{rule, robot, demo::start<tags>(data), data.truth[0][0]};
   filter.gate = {0.999};
   std::size_t next = 0;
   for (std::size_t row = 0; row < data.odometry.size(); ++row) {
@@ -98,10 +72,8 @@ Result run(const std::string& name, const std::string& key, const Plaza& data, c
     const jml::Vector<double, 2> control(distance, turn);
     bool moved = false;
     for (; use_ranges && next < data.ranges.size() && data.ranges[next][0] <= time; ++next) {
-      const auto [range_time, id, range] = data.ranges[next];
-      const int tag = data.index_of(id);
-      const auto& at_tag = data.tags[static_cast<std::size_t>(tag)];
-      const models::RangeToTag<tags> radio{{at_tag[1], at_tag[2]}, tag};
+      const double range = data.ranges[next][2];
+      const auto radio = data.radio<tags>(data.ranges[next]);
       const auto prior = filter.estimate();
       const jml::Instant<double, 2> at{filter.time(), dt, control};
       out.watch.start();
@@ -112,15 +84,13 @@ Result run(const std::string& name, const std::string& key, const Plaza& data, c
       out.no_nis += std::isnan(report.nis());
       const jml::Vector<double, 1> y(range);
       const auto cost = moved ? jml::one_step_cost(rule, jml::Stay<3 + tags>{}, radio, prior, y, {}, report)
-                                : jml::one_step_cost(rule, robot, radio, prior, y, at, report);
+                              : jml::one_step_cost(rule, robot, radio, prior, y, at, report);
       if (report.gate == jml::Verdict::accepted) out.cost.add(cost.value);
       moved = moved || jml::usable(report.status);
     }
     if (!moved && !jml::usable(filter.predict(dt, control))) ++out.refused;
 
-    const auto& truth = data.truth[row + 1];
-    const jml::Vector<double, 2> error =
-        filter.x().template head<2>() - jml::Vector<double, 2>(truth[1], truth[2]);
+    const jml::Vector<double, 2> error = filter.x().template head<2>() - data.position(row);
     out.squared_error.add(error.squaredNorm());
     out.largest_error = std::max(out.largest_error, error.norm());
     out.nees.add(demo::nees<2>(error, filter.P().template topLeftCorner<2, 2>()));
@@ -129,12 +99,6 @@ Result run(const std::string& name, const std::string& key, const Plaza& data, c
     out.y.push_back(filter.x()(1));
     out.error.push_back(error.norm());
   }
-  return out;
-}
-
-std::vector<double> column(const auto& rows, std::size_t index) {
-  std::vector<double> out;
-  for (const auto& row : rows) out.push_back(row[index]);
   return out;
 }
 

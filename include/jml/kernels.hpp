@@ -50,25 +50,27 @@ struct Packet<Scalar, 1> {
 template <int rows, int inner, int first, int sign, bool from_zero, typename Scalar, typename Coefficient>
 [[gnu::always_inline]] inline void column(Scalar* out, const Scalar* start, const Scalar* a,
                                           const Coefficient& coefficient) {
-  constexpr int width = lanes<Scalar, rows>(rows - first);
-  constexpr int packets = (rows - first) / width < 8 ? (rows - first) / width : 8;
-  using P = typename Packet<Scalar, width>::type;
-  [&]<int... c>(std::integer_sequence<int, c...>) __attribute__((always_inline)) {
-    P sum[packets];
-    if constexpr (from_zero)
-      ((sum[c] = P{}), ...);
-    else
-      (std::memcpy(&sum[c], start + first + c * width, sizeof(P)), ...);
-    repeat<inner>([&](int k) __attribute__((always_inline)) {
-      const Scalar factor = sign > 0 ? coefficient(k) : -coefficient(k);
-      P term[packets];
-      (std::memcpy(&term[c], a + k * rows + first + c * width, sizeof(P)), ...);
-      ((sum[c] += term[c] * factor), ...);
-    });
-    (std::memcpy(out + first + c * width, &sum[c], sizeof(P)), ...);
-  }(std::make_integer_sequence<int, packets>{});
-  if constexpr (first + packets * width < rows) {
-    column<rows, inner, first + packets * width, sign, from_zero>(out, start, a, coefficient);
+  if constexpr (rows > 0) {
+    constexpr int width = lanes<Scalar, rows>(rows - first);
+    constexpr int packets = (rows - first) / width < 8 ? (rows - first) / width : 8;
+    using P = typename Packet<Scalar, width>::type;
+    [&]<int... c>(std::integer_sequence<int, c...>) __attribute__((always_inline)) {
+      P sum[packets];
+      if constexpr (from_zero)
+        ((sum[c] = P{}), ...);
+      else
+        (std::memcpy(&sum[c], start + first + c * width, sizeof(P)), ...);
+      repeat<inner>([&](int k) __attribute__((always_inline)) {
+        const Scalar factor = sign > 0 ? coefficient(k) : -coefficient(k);
+        P term[packets];
+        (std::memcpy(&term[c], a + k * rows + first + c * width, sizeof(P)), ...);
+        ((sum[c] += term[c] * factor), ...);
+      });
+      (std::memcpy(out + first + c * width, &sum[c], sizeof(P)), ...);
+    }(std::make_integer_sequence<int, packets>{});
+    if constexpr (first + packets * width < rows) {
+      column<rows, inner, first + packets * width, sign, from_zero>(out, start, a, coefficient);
+    }
   }
 }
 

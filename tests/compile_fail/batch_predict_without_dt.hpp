@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // must say: jml: this model reads time, dt or control: pass dt, predict(dt)
-#include "parts.hpp"
-
 #include <jml/batch/batch.hpp>
+
+#include "parts.hpp"
 
 namespace batch_predict_without_dt {
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // must say: jml: this sensor type is not in the estimator's list: add it to jml::sensors<...>
-#include "parts.hpp"
-
 #include <jml/batch/batch.hpp>
+
+#include "parts.hpp"
 
 namespace sensor_not_in_list {
 

@@ -47,6 +47,14 @@ double nees(const jml::Vector<double, n>& error, const jml::Matrix<double, n, n>
   return factor.squared_norm(error);
 }
 
+/// NaN of none. An even number has two in the middle: their mean.
+inline double median(std::vector<double> values) {
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  std::sort(values.begin(), values.end());
+  const std::size_t half = values.size() / 2;
+  return values.size() % 2 == 1 ? values[half] : (values[half - 1] + values[half]) / 2;
+}
+
 /// Median of times, ns. The clock's own 20 to 40 ns are in it.
 class Stopwatch {
  public:

@@ -12,9 +12,9 @@ namespace jml {
 
 /// Records a flight with the verbs of Filter, then finds the whole trajectory at once.
 ///
-///     jml::Batch batch{VanDerPol{}, jml::sensors<SaturatingPosition>, jml::Estimate{x0, P0}, {1000}};
+///     jml::Batch batch{VanDerPol{}, jml::sensors<SaturatingPosition>, estimate, {.steps = 1000}};
 ///     for (double y : flight) (void)batch.step(SaturatingPosition{}, y);
-///     const auto report = batch.solve();          // batch.x(k), batch.w(k), batch.covariance(k)
+///     const auto report = batch.solve();  // batch.x(k), batch.w(k), batch.covariance(k)
 ///
 /// List: jml::sensors<…>, the types of all sensors. Node 0 is the time of the prior; each step() or predict()
 /// adds one. P_0 and G Q Gᵀ may be singular. The heap is used by the constructor only; a verb that finds no

@@ -27,6 +27,7 @@ template <typename D, typename List, typename Scalar, int n>
 [[nodiscard]] ExcessCost<Scalar> excess_cost(Batch<D, List, Scalar> batch, const Vector<Scalar, n>& x) {
   static_assert(n == states_of<D>, "jml: the estimate has not as many states as the dynamics");
   if (!all_finite(x)) return {Status::invalid_state};
+  batch.options.tolerance = 0;  // the default: the difference is of two minima
   const auto least = batch.solve();
   if (!usable(least.status)) return {least.status};
   const int last = batch.steps();

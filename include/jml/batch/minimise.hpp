@@ -42,8 +42,9 @@ struct BatchReport {
 namespace detail {
 
 /// From the nominal of `store`; `feasible`: it is a trajectory of the model, else a sequence of states.
-/// `once`: G, Q, R are frozen at the start only; else until they no longer change with the answer.
-/// The nominal ends as the best trajectory found: on any failure it is where it was, or has a lower J.
+/// `once`: G, Q, R are frozen already and stay so; else they are frozen at the nominal, until they no longer
+/// change with the answer. The nominal ends as the best trajectory found: on any failure it is where it was,
+/// or has a lower J.
 template <typename Store>
 BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& options, bool feasible,
                                              bool once) {
@@ -56,14 +57,20 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
   Sweep<Store> sweep(store, options.loss);
   PassSums<Scalar> sums;
   Scalar change = 0;
-  report.status = sweep.freeze(change);
+  if (!once) report.status = sweep.freeze(change);
   if (report.status != Status::ok) return report;
 
   const auto unknowns = static_cast<Scalar>(states_of<D> + store.last() * DynamicsTraits<D>::disturbances);
   constexpr Scalar none = std::numeric_limits<Scalar>::infinity();
   Scalar damping = 0, growth = 4, scale = 1, before = none, step = 0;
   bool loose = !feasible, known = false, accepted = false;
-  bool newton = false;
+  bool newton = false, defined = false;  // defined: some trial has a finite J
+  // |δ|² C ≈ δᵀCδ: a damping that matters is of the size of C.
+  const auto begin_damping = [&] {
+    scale = Scalar(1) + (step > Scalar(0) ? Scalar(2) * sums.decrease / step : Scalar(0));
+    if (!std::isfinite(scale)) scale = 1;
+    return Scalar(0.1) * scale + Scalar(1);
+  };
   report.status = Status::not_converged;
   while (report.iterations < options.max_iterations) {
     ++report.iterations;
@@ -72,7 +79,9 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
                                       : sweep.template backward<Curvature::none, false>(damping, sums));
     if (!sound) {
       if (!loose) {
-        report.status = accepted ? Status::not_converged : Status::sensor_not_finite;
+        report.status = !accepted                 ? Status::sensor_not_finite
+                        : options.accept_at_limit ? Status::accepted_at_limit
+                                                  : Status::not_converged;
         return report;
       }
       // The guess is no place to linearise at: begin at the prediction instead.
@@ -103,6 +112,7 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
       }
     }
     const Scalar cost = loose ? sweep.template forward<true>(step) : sweep.template forward<false>(step);
+    defined = defined || std::isfinite(cost);
     const Scalar rounding = Scalar(16) * epsilon * std::abs(report.cost) * std::sqrt(unknowns);
     if (loose) {
       report.cost = std::isfinite(cost) ? cost : sweep.predict();
@@ -123,31 +133,25 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
       if (ratio > Scalar(0.75))
         damping /= Scalar(10);
       else if (ratio < Scalar(0.25))
-        damping *= Scalar(2);
+        damping = damping > Scalar(0) ? damping * Scalar(2) : begin_damping();
       if (damping < Scalar(0.01)) damping = 0;  // C ≥ 1: this is nothing
     } else if (full) {
       newton = false;
     } else {
-      if (damping == Scalar(0)) {  // |δ|² C ≈ δᵀCδ: a damping that matters is of the size of C
-        scale = Scalar(1) + (step > Scalar(0) ? Scalar(2) * sums.decrease / step : Scalar(0));
-        if (!std::isfinite(scale)) scale = 1;
-        damping = Scalar(0.1) * scale + Scalar(1);
-      } else {
-        damping *= growth;
-      }
+      damping = damping > Scalar(0) ? damping * growth : begin_damping();
       if (damping > Scalar(1e15) * scale) break;
       growth *= 4;
     }
   }
-  if (report.status == Status::not_converged && accepted) {
+  if (report.status == Status::not_converged && accepted && !once) {
     // The gradient of the answer, not of the step before it.
-    if (!once) {
-      report.gradient = sweep.gradient();
-      if (sweep.template backward<Curvature::none, false>(Scalar(0), sums))
-        report.step = std::sqrt(Scalar(2) * sums.decrease / unknowns);
-    }
-    if (options.accept_at_limit && report.iterations >= options.max_iterations)
-      report.status = Status::accepted_at_limit;
+    report.gradient = sweep.gradient();
+    if (sweep.template backward<Curvature::none, false>(Scalar(0), sums))
+      report.step = std::sqrt(Scalar(2) * sums.decrease / unknowns);
+  }
+  if (report.status == Status::not_converged && options.accept_at_limit && (accepted || defined) &&
+      report.iterations >= options.max_iterations) {
+    report.status = Status::accepted_at_limit;
   }
   return report;
 }

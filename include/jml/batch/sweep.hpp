@@ -82,7 +82,8 @@ class Sweep {
       X x;
       kernel::assign(x, node.x[now]);
       store_.visit(j, [&](const auto& record) __attribute__((always_inline)) {
-        add_record<curvature>(record, loss, x, at_sample(node.at()), sums, v);
+        add_record<curvature, curvature == Curvature::full || keep>(record, loss, x, at_sample(node.at()),
+                                                                    sums, v);
       });
       if (j == 0) break;
       X previous;
@@ -183,7 +184,7 @@ class Sweep {
     for (int j = store_.last();; --j) {
       auto& node = store_.node(j);
       store_.visit(j, [&](const auto& record) {
-        add_record<Curvature::none>(record, loss_, node.x[now], at_sample(node.at()), unused, v);
+        add_record<Curvature::none, false>(record, loss_, node.x[now], at_sample(node.at()), unused, v);
       });
       if (j == 0) break;
       sum += (node.b[now] + store_.root(j).B.transpose() * v.slope).squaredNorm();
@@ -219,7 +220,9 @@ class Sweep {
   }
 
  private:
-  template <Curvature curvature, typename Record, typename At>
+  /// `bent`: with the loss's own curvature, which may leave none along an outlier. Without it a plain pass
+  /// takes shorter steps that lower J.
+  template <Curvature curvature, bool bent, typename Record, typename At>
   [[gnu::always_inline]] static void add_record(const Record& record, const Loss& loss, const X& x,
                                                 const At& at, PassSums<Scalar>& sums,
                                                 CostToGo<Scalar, n>& v) {
@@ -243,7 +246,7 @@ class Sweep {
     if (loss.kind == Loss::Kind::none)
       add_measurement(m_x, record.R, residual, v);
     else
-      add_robust_measurement(m_x, record.R, residual, value.slope, value.bend, v);
+      add_robust_measurement(m_x, record.R, residual, value.slope, bent ? value.bend : Scalar(0), v);
   }
 
   /// a += sym(b).

@@ -24,8 +24,9 @@ struct LagOptions {
 /// What a step of a FixedLag answers.
 template <typename Scalar, int p>
 struct LagReport {
-  /// ok: at the tolerance; accepted_at_limit: all sweeps were made, which is the usual case;
-  /// accepted_at_rounding.
+  /// ok: at the tolerance. accepted_at_limit: all sweeps were made, the usual case; where none of them
+  /// lowered J the trajectory is the predicted one, and the next step goes on from there.
+  /// accepted_at_rounding. not_converged: no trial had a finite J.
   Status status = Status::ok;
   Verdict gate = Verdict::off;
   Vector<Scalar, p> innovation = Vector<Scalar, p>::Zero();  ///< y - m(prediction), units of y
@@ -36,13 +37,13 @@ struct LagReport {
 
 /// The fixed-lag estimator.
 ///
-///     jml::FixedLag filter{jml::lag<20>, VanDerPol{}, jml::sensors<SaturatingPosition>, jml::Estimate{x0,
-///     P0}}; const auto report = filter.step(SaturatingPosition{}, y);   // filter.x(), filter.x(age)
-///     filter.late(radar, y, 7);                                   // taken seven steps ago, arrived now
+///     jml::FixedLag filter{jml::lag<20>, VanDerPol{}, jml::sensors<SaturatingPosition>, estimate};
+///     const auto report = filter.step(SaturatingPosition{}, y);  // filter.x(), filter.x(age)
+///     const auto late = filter.late(radar, y, 7);                // taken seven steps ago, arrived now
 ///
 /// Ages count steps back from the newest state, 0 … depth(). Every refusal leaves the window as it was.
-/// Static memory, no heap, no exceptions. State-dependent G, Q and R are frozen at the window's trajectory
-/// for a step.
+/// Static memory, no heap, no exceptions. State-dependent G, Q and R are frozen where a step was
+/// predicted.
 template <typename Window, typename D, typename List, typename Scalar = double>
 class FixedLag {
   using Traits = DynamicsTraits<D>;
@@ -168,10 +169,7 @@ class FixedLag {
       memory_.take_back();
       return Status::covariance_lost;
     }
-    memory_.append(at);
-    const Status status = !all_finite(memory_.root(depth()).B) ? Status::invalid_disturbance_covariance
-                          : all_finite(x())                    ? Status::ok
-                                                               : Status::dynamics_not_finite;
+    const Status status = memory_.append(at);
     if (status != Status::ok) memory_.take_back();
     return status;
   }
@@ -186,14 +184,15 @@ class FixedLag {
     const int node = depth() - age;
     const auto at_y = detail::at_sample(memory_.node(node).at());
     report.innovation = measurement_residual(sensor, y, measurement(sensor, x(age), at_y));
-    if (!all_finite(report.innovation)) return answer(Status::sensor_not_finite);
+    const auto m_x = measurement_jacobian(sensor, x(age), at_y);
+    if (!all_finite(report.innovation) || !all_finite(m_x)) return answer(Status::sensor_not_finite);
     if (age == 0 && !gate.off()) {
       if (!gate.valid()) return answer(Status::invalid_option);
-      const auto m_x = measurement_jacobian(sensor, x(), at_y);
-      Matrix<Scalar, measurements_of<S>, measurements_of<S>> innovation_matrix =
-          noise_covariance(sensor, x(), at_y) + m_x * covariance() * m_x.transpose();
+      const auto R = noise_covariance(sensor, x(), at_y);
+      if (!is_noise_covariance(R)) return answer(Status::invalid_noise_covariance);
       kernel::SymmetricFactor<Scalar, measurements_of<S>> factor;
-      if (!factor.factor(innovation_matrix)) return answer(Status::singular_innovation);
+      if (!factor.factor(R + m_x * covariance() * m_x.transpose()))
+        return answer(Status::singular_innovation);
       report.nis = factor.squared_norm(report.innovation);
       report.gate = gate.passes(report.nis, measurements_of<S>) ? Verdict::accepted : Verdict::rejected;
       if (report.gate == Verdict::rejected) return;

@@ -50,7 +50,7 @@ class WindowMemory<Window, D, Sensors<S...>, Scalar> {
 
   Status reset(const Estimate<Scalar, n>& estimate, double time) {
     first_ = last_ = now_ = 0;
-    node(0) = {};
+    clear(node(0), {});
     node(0).x[0] = estimate.x;
     node(0).instant.time = time;
     Status status = std::isfinite(time) ? check_estimate(Ekf<>{}, estimate) : Status::invalid_time_step;
@@ -77,15 +77,18 @@ class WindowMemory<Window, D, Sensors<S...>, Scalar> {
     arrive(arrival);
     return true;
   }
-  /// A node after the last, at the prediction. What it holds is not finite where f is not.
-  void append(const At& at) {
+  /// A node after the last, at the prediction; or why it would be none.
+  Status append(const At& at) {
     ++last_;
     auto& fresh = node(last_);
-    fresh = {};
-    fresh.instant = at;
+    clear(fresh, at);
     const X& x = node(last_ - 1).x[now_];
-    if constexpr (!Root::constant) (void)fresh.noise.form(dynamics_, x, at);
+    if constexpr (!Root::constant) {
+      if (!fresh.noise.form(dynamics_, x, at)) return Status::invalid_disturbance_covariance;
+    }
     fresh.x[now_] = jml::dynamics(dynamics_, x, at) + root(last_).push;
+    return all_finite(fresh.x[now_]) && all_finite(jacobian(last_)) ? Status::ok
+                                                                    : Status::dynamics_not_finite;
   }
   /// Undoes slide() and append().
   void take_back() {
@@ -179,6 +182,11 @@ class WindowMemory<Window, D, Sensors<S...>, Scalar> {
     (visit_type(std::get<type>(where.slots), type), ...);
   }
 
+  void clear(WindowNode& some, const At& at) {
+    some.b[now_].setZero();
+    some.count = {};
+    some.instant = at;
+  }
   void arrive(const Estimate<Scalar, n>& estimate) {
     const kernel::SemidefiniteFactor<Scalar, n> factor(estimate.P);
     prior_.x = estimate.x;
