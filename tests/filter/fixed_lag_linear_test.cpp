@@ -174,9 +174,7 @@ Worst run(const D& dynamics, const First& first, const Second& second, const jml
     }
     begun = true;
     if (event.second) measure(second, *event.second);
-    if constexpr (jml::DynamicsTraits<D>::controls == 1) {
-      EXPECT_DOUBLE_EQ(lagged.time(), kalman.time());
-    }
+    EXPECT_DOUBLE_EQ(lagged.time(), kalman.time());
 
     scale = std::max(scale, kalman.x().cwiseAbs().maxCoeff());
     worst.x = std::max(worst.x, (lagged.x() - kalman.x()).cwiseAbs().maxCoeff() / scale);

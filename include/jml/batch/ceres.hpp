@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// The whole-interval problem of Batch solved by Ceres (component jml::ceres): for its loss functions and
-/// options, and as an independent check. Not heap-free, and slower than Batch::solve() by an order of
-/// magnitude.
+/// options, and as an independent check. Not heap-free, and tens of times slower than Batch::solve().
 ///
 /// Unknowns are the states of all nodes, one parameter block each; a disturbance is what a step leaves over.
 /// Ceres has no constraints, and where G Q Gᵀ or P_0 is singular not every difference is a disturbance. So

@@ -34,6 +34,7 @@ struct BatchReport {
   int iterations = 0;  ///< backward passes
   Scalar cost = std::numeric_limits<Scalar>::quiet_NaN();
   /// |∇J| over the whitened unknowns (x_0 in units of P_0^½, w in units of Q^½), 2-norm, at the answer.
+  /// Infinite where the model is so unstable over the interval that rounding alone makes it so.
   Scalar gradient = std::numeric_limits<Scalar>::quiet_NaN();
   /// Root mean square of the next step, in posterior standard deviations.
   Scalar step = std::numeric_limits<Scalar>::quiet_NaN();
@@ -63,7 +64,9 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
   const auto unknowns = static_cast<Scalar>(states_of<D> + store.last() * DynamicsTraits<D>::disturbances);
   constexpr Scalar none = std::numeric_limits<Scalar>::infinity();
   Scalar damping = 0, growth = 4, scale = 1, before = none, step = 0;
-  bool loose = !feasible, known = false, accepted = false;
+  bool loose = !feasible, known = false;
+  int accepted = 0;  // trajectories taken in place of the one before
+  Scalar cost_before = std::numeric_limits<Scalar>::quiet_NaN();
   bool newton = false, defined = false;  // defined: some trial has a finite J
   // |δ|² C ≈ δᵀCδ: a damping that matters is of the size of C.
   const auto begin_damping = [&] {
@@ -79,17 +82,22 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
                                       : sweep.template backward<Curvature::none, false>(damping, sums));
     if (!sound) {
       if (!loose) {
-        report.status = !accepted                 ? Status::sensor_not_finite
-                        : options.accept_at_limit ? Status::accepted_at_limit
-                                                  : Status::not_converged;
+        // This trajectory cannot be linearised. The one before it could, and is still there.
+        const Status why = sweep.blame();
+        if (accepted > 0) {
+          store.flip();
+          report.cost = cost_before;
+          --accepted;
+        }
+        report.status = once && options.accept_at_limit && accepted > 0 ? Status::accepted_at_limit : why;
         return report;
       }
       // The guess is no place to linearise at: begin at the prediction instead.
       report.cost = sweep.predict();
-      if (!std::isfinite(report.cost)) return report.status = Status::dynamics_not_finite, report;
+      if (!std::isfinite(report.cost)) return report.status = sweep.blame(), report;
       store.flip();
       loose = false;
-      known = accepted = true;
+      known = true;
       continue;
     }
     if (!loose) {
@@ -116,20 +124,21 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
     const Scalar rounding = Scalar(16) * epsilon * std::abs(report.cost) * std::sqrt(unknowns);
     if (loose) {
       report.cost = std::isfinite(cost) ? cost : sweep.predict();
-      if (!std::isfinite(report.cost)) return report.status = Status::dynamics_not_finite, report;
+      if (!std::isfinite(report.cost)) return report.status = sweep.blame(), report;
       store.flip();
       loose = false;
-      known = accepted = true;
+      known = true;
       newton = options.newton;
     } else if (cost <= report.cost + rounding) {
       const Scalar model = sums.decrease + damping * step / Scalar(2);
       const Scalar ratio = model <= rounding ? Scalar(1) : (report.cost - cost) / model;
       before = sums.decrease;
       store.flip();
+      cost_before = report.cost;
       report.cost = cost;
       growth = 4;
       newton = options.newton && ratio > Scalar(0.25);  // near enough for its model
-      accepted = true;
+      ++accepted;
       if (ratio > Scalar(0.75))
         damping /= Scalar(10);
       else if (ratio < Scalar(0.25))
@@ -143,13 +152,13 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
       growth *= 4;
     }
   }
-  if (report.status == Status::not_converged && accepted && !once) {
+  if (report.status == Status::not_converged && known && !once) {
     // The gradient of the answer, not of the step before it.
     report.gradient = sweep.gradient();
     if (sweep.template backward<Curvature::none, false>(Scalar(0), sums))
       report.step = std::sqrt(Scalar(2) * sums.decrease / unknowns);
   }
-  if (report.status == Status::not_converged && options.accept_at_limit && (accepted || defined) &&
+  if (report.status == Status::not_converged && options.accept_at_limit && (accepted > 0 || defined) &&
       report.iterations >= options.max_iterations) {
     report.status = Status::accepted_at_limit;
   }

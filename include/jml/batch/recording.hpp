@@ -42,8 +42,9 @@ class Recording<D, Sensors<S...>, Scalar> {
       if (!root_.form(dynamics_, X::Zero(), At{}) && status_ == Status::ok)
         status_ = Status::invalid_disturbance_covariance;
     }
+    const bool sensible = capacity.steps >= 0 && capacity.steps <= (1 << 30) && capacity.measurements >= -1;
     if (capacity.measurements < 0) capacity.measurements = capacity.steps + 1;
-    if (capacity.steps < 0 || capacity.steps > (1 << 30)) {
+    if (!sensible) {
       capacity = {0, 0};
       status_ = Status::invalid_option;
     }

@@ -193,7 +193,31 @@ class Sweep {
               .eval();
     }
     auto& prior = store_.prior();
-    return std::sqrt(sum + (prior.a[now] + prior.L.transpose() * v.slope).squaredNorm());
+    const Scalar norm = std::sqrt(sum + (prior.a[now] + prior.L.transpose() * v.slope).squaredNorm());
+    return std::isfinite(norm) ? norm : std::numeric_limits<Scalar>::infinity();
+  }
+
+  /// Why the nominal cannot be linearised, in the order of time.
+  [[nodiscard]] Status blame() {
+    const int now = store_.now();
+    Status status = Status::ok;
+    for (int j = 0; j <= store_.last() && status == Status::ok; ++j) {
+      auto& node = store_.node(j);
+      const X x = node.x[now];
+      if (!all_finite(x)) return Status::dynamics_not_finite;
+      store_.visit(j, [&](const auto& record) {
+        const auto at = at_sample(node.at());
+        if (!all_finite(measurement(record.sensor, x, at)) ||
+            !all_finite(measurement_jacobian(record.sensor, x, at)))
+          status = Status::sensor_not_finite;
+      });
+      if (status != Status::ok || j == store_.last()) break;
+      const auto at = store_.node(j + 1).at();
+      if (!all_finite(dynamics(store_.dynamics(), x, at)) ||
+          !all_finite(dynamics_jacobian(store_.dynamics(), x, at)))
+        status = Status::dynamics_not_finite;
+    }
+    return status == Status::ok ? Status::not_converged : status;
   }
 
   /// P of every node in order, use(j, P): the covariance that the curvature of J at the nominal stands for
