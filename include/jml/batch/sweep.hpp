@@ -43,9 +43,10 @@ class Sweep {
       auto& node = store_.node(j);
       store_.visit(j, [&](auto& record) {
         if constexpr (std::remove_reference_t<decltype(record)>::varies) {
-          const auto before = record.R.inverse_diagonal;
+          const auto before = record.R;
           if (!record.freeze(node.x[now], at_sample(node.at()))) status = Status::invalid_noise_covariance;
-          compare(before, record.R.inverse_diagonal);
+          compare(before.inverse_diagonal, record.R.inverse_diagonal);
+          compare(before.lower, record.R.lower);  // correlations
         }
       });
       if constexpr (!NoiseRoot<Scalar, D>::constant) {
