@@ -14,14 +14,16 @@ enum class Status : std::uint8_t {
   accepted_at_rounding,  ///< iterated step: the root is exact to rounding, though its residual is above the
                          ///< tolerance
   accepted_at_limit,     ///< iterated step: the sweeps asked for were made and their result taken as it is
-  accepted_critical,    ///< algebraic Riccati equation with a double eigenvalue at the split: solved, and the
-                        ///< error reported beside it says how many digits are left
-  invalid_option,       ///< a tolerance, probability or bound outside its range
-  invalid_time_step,    ///< dt is negative or not finite, or time is not finite
-  invalid_control,      ///< the control input is not finite
-  invalid_state,        ///< the prior state is not finite
-  invalid_covariance,   ///< the prior P is not finite, not symmetric where it must be, or indefinite
-  invalid_measurement,  ///< y is not finite
+  accepted_critical,  ///< algebraic Riccati equation with a double eigenvalue at the split: solved, and the
+                      ///< error reported beside it says how many digits are left
+  accepted_without_measurement,  ///< bounded noise: the measurement contradicts the stated bounds; the
+                                 ///< predicted box was kept
+  invalid_option,                ///< a tolerance, probability or bound outside its range
+  invalid_time_step,             ///< dt is negative or not finite, or time is not finite
+  invalid_control,               ///< the control input is not finite
+  invalid_state,                 ///< the prior state is not finite
+  invalid_covariance,            ///< the prior P is not finite, not symmetric where it must be, or indefinite
+  invalid_measurement,           ///< y is not finite
   invalid_disturbance_covariance,  ///< Q is not finite, not symmetric or indefinite; or G is not finite
   invalid_noise_covariance,        ///< R is not finite, not symmetric or not positive definite
   dynamics_not_finite,             ///< f, its Jacobian or its SDC matrix gave a NaN or an infinity
@@ -43,6 +45,12 @@ enum class Status : std::uint8_t {
   eigenvalues_on_axis,  ///< algebraic Riccati equation: eigenvalues on the imaginary axis, no gap to split at
   memory_full,          ///< no room is left in the memory that was reserved at construction
   older_than_window,    ///< a late measurement of a time that has left the window of the fixed-lag filter
+  invalid_box,          ///< a prior box with a NaN, or a lower bound above its upper one
+  invalid_disturbance_bound,  ///< an entry of the disturbance bound is negative or not finite; or G is not
+                              ///< finite
+  invalid_noise_bound,        ///< an entry of the noise bound is negative or not finite
+  state_unbounded,  ///< bounded noise: a state has no bound yet, neither from a prior box nor from a
+                    ///< measurement
 };
 
 /// Who found the root of an implicit step.
@@ -58,7 +66,8 @@ enum class Solver : std::uint8_t {
 /// True where the result may be used (it replaced the estimate).
 [[nodiscard]] constexpr bool usable(Status status) {
   return status == Status::ok || status == Status::accepted_at_rounding ||
-         status == Status::accepted_at_limit || status == Status::accepted_critical;
+         status == Status::accepted_at_limit || status == Status::accepted_critical ||
+         status == Status::accepted_without_measurement;
 }
 
 /// One line for a log.
@@ -72,6 +81,8 @@ enum class Solver : std::uint8_t {
       return "accepted: the bounded number of sweeps was made";
     case Status::accepted_critical:
       return "accepted: a critical Riccati equation, with the error that is reported";
+    case Status::accepted_without_measurement:
+      return "accepted: the measurement contradicts the stated bounds, the predicted box was kept";
     case Status::invalid_option:
       return "refused: an option is outside its range";
     case Status::invalid_time_step:
@@ -120,6 +131,14 @@ enum class Solver : std::uint8_t {
       return "refused: the memory reserved at construction is used up";
     case Status::older_than_window:
       return "refused: the measurement is older than the window";
+    case Status::invalid_box:
+      return "refused: the box has a NaN, or a lower bound above its upper one";
+    case Status::invalid_disturbance_bound:
+      return "refused: a bound of the disturbance is negative or not finite";
+    case Status::invalid_noise_bound:
+      return "refused: a bound of the measurement noise is negative or not finite";
+    case Status::state_unbounded:
+      return "refused: a state has no bound yet: give a prior box, or measure it with update() first";
   }
   return "unknown status";
 }

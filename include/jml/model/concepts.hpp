@@ -40,7 +40,7 @@ constexpr bool has_noise_covariance() {
   } || requires(const S& s, const X& x, const At& at) { T::noise_covariance(s, x, at); };
 }
 
-/// True where f, f_x, G or Q of this model take an Instant: then a step needs its dt.
+/// True where f, f_x, G, Q or ū of this model take an Instant: then a step needs its dt.
 template <typename Scalar, typename D>
 constexpr bool reads_instant() {
   using X = Vector<Scalar, states_of<D>>;
@@ -53,15 +53,17 @@ constexpr bool reads_instant() {
          requires(const D& d, const X& x, const At& at) { T::disturbance_input(d, x, at); } ||
          requires(const D& d, const X& x, const At& at) { T::disturbance_covariance(d, x, at); } ||
          requires(const D& d, const X& x, const At& at) { T::disturbance_spectral_density(d, x, at); } ||
-         requires(const D& d, const X& x, const At& at) { T::disturbance_mean(d, x, at); };
+         requires(const D& d, const X& x, const At& at) { T::disturbance_mean(d, x, at); } ||
+         requires(const D& d, const X& x, const At& at) { T::disturbance_bound(d, x, at); };
 }
 
-/// True where m or R of this sensor take an Instant.
+/// True where m, R or b of this sensor take an Instant.
 template <typename S, typename X, typename At>
 constexpr bool sensor_reads_instant() {
   using T = SensorTraits<S>;
   return requires(const S& s, const X& x, const At& at) { T::measurement(s, x, at); } ||
-         requires(const S& s, const X& x, const At& at) { T::noise_covariance(s, x, at); };
+         requires(const S& s, const X& x, const At& at) { T::noise_covariance(s, x, at); } ||
+         requires(const S& s, const X& x, const At& at) { T::noise_bound(s, x, at); };
 }
 
 /// The Instant of a free function that was given none: only for a model that does not ask.

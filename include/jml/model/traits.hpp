@@ -3,8 +3,8 @@
 /// What a model supplies: the two traits that look into a user's struct, and may be specialised from outside.
 ///
 /// A dynamics struct has `states`, usually `disturbances`, and functions named as below; a sensor struct has
-/// `measurements` and its own. Every function may take (x), (x, at) with an Instant, and G, Q, R and the
-/// disturbance mean also nothing at all. What is missing is derived (model/functions.hpp).
+/// `measurements` and its own. Every function may take (x), (x, at) with an Instant, and G, Q, R, the
+/// bounds and the disturbance mean also nothing at all. What is missing is derived (model/functions.hpp).
 ///
 /// For a type that cannot be edited, specialise DynamicsTraits or SensorTraits, inherit from DynamicsDefaults
 /// or SensorDefaults, and give what there is, the model as first argument:
@@ -51,7 +51,8 @@ constexpr int controls_of() {
     return 0;
 }
 
-/// True where Model has a covariance or a spectral density of disturbances, in any form for this scalar.
+/// True where Model has a covariance, a spectral density or a bound of disturbances, in any form for this
+/// scalar.
 template <typename Model, typename Scalar>
 constexpr bool has_disturbances() {
   using X = Vector<Scalar, count_of_states<Model>()>;
@@ -61,7 +62,10 @@ constexpr bool has_disturbances() {
          requires(const Model& m, const X& x, const At& at) { m.disturbance_covariance(x, at); } ||
          requires(const Model& m) { m.disturbance_spectral_density(); } ||
          requires(const Model& m, const X& x) { m.disturbance_spectral_density(x); } ||
-         requires(const Model& m, const X& x, const At& at) { m.disturbance_spectral_density(x, at); };
+         requires(const Model& m, const X& x, const At& at) { m.disturbance_spectral_density(x, at); } ||
+         requires(const Model& m) { m.disturbance_bound(); } ||
+         requires(const Model& m, const X& x) { m.disturbance_bound(x); } ||
+         requires(const Model& m, const X& x, const At& at) { m.disturbance_bound(x, at); };
 }
 
 template <typename Model>
@@ -138,6 +142,11 @@ struct DynamicsDefaults {
       -> decltype(m.disturbance_spectral_density(a...)) {
     return m.disturbance_spectral_density(a...);
   }
+  /// ū, q: |w| ≤ ū, entries zero or positive. Of jml::BoundedNoise only, which reads no Q.
+  template <typename M, typename... A>
+  static constexpr auto disturbance_bound(const M& m, const A&... a) -> decltype(m.disturbance_bound(a...)) {
+    return m.disturbance_bound(a...);
+  }
   /// w̄, q: a known part of the disturbance, eqs. (11)-(12). Optional: zero.
   template <typename M, typename... A>
   static constexpr auto disturbance_mean(const M& m, const A&... a) -> decltype(m.disturbance_mean(a...)) {
@@ -150,7 +159,7 @@ template <typename Model>
 struct DynamicsTraits : DynamicsDefaults {
   static constexpr int states = detail::count_of_states<Model>();  ///< n
   static constexpr int disturbances =
-      detail::disturbances_of<Model>();                          ///< q; default: n with a covariance, else 0
+      detail::disturbances_of<Model>();  ///< q; default: n with a covariance or a bound, else 0
   static constexpr int controls = detail::controls_of<Model>();  ///< entries of at.control; default 0
   static constexpr bool linear = detail::is_linear<Model>();     ///< promises f_x constant in x
   using time_domain = typename detail::TimeDomain<Model>::type;  ///< default DiscreteTime
@@ -190,6 +199,11 @@ struct SensorDefaults {
   static constexpr auto noise_spectral_density(const M& m, const A&... a)
       -> decltype(m.noise_spectral_density(a...)) {
     return m.noise_spectral_density(a...);
+  }
+  /// b, p: |v| ≤ b, entries zero or positive. Of jml::BoundedNoise only, which reads no R.
+  template <typename M, typename... A>
+  static constexpr auto noise_bound(const M& m, const A&... a) -> decltype(m.noise_bound(a...)) {
+    return m.noise_bound(a...);
   }
   /// y - ŷ where subtraction is not enough (angles: wrap to [-π, π]), arguments (y, ŷ), p. Optional.
   template <typename M, typename... A>

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What a bounded-noise step reports.
+#pragma once
+
+#include <jml/linear_algebra.hpp>
+#include <jml/status.hpp>
+
+namespace jml {
+
+/// Which bound was violated, and by how much: the reachable box and the measurement's do not meet.
+template <typename Scalar>
+struct Violation {
+  int row = -1;       ///< of the measurement that contradicts; -1: none, or none alone
+  int state = -1;     ///< where measurements together leave nothing of this state's bounds; -1: none
+  Scalar excess = 0;  ///< the gap between the two, in the units of y(row), or of x(state)
+};
+
+/// One step or correction.
+template <typename Scalar, int p>
+struct BoundedReport {
+  /// accepted_without_measurement: a bound was violated; the box is the predicted one.
+  Status status = Status::ok;
+  Vector<Scalar, p> innovation = Vector<Scalar, p>::Zero();  ///< y - m(centre of the predicted box)
+  Violation<Scalar> violation;
+};
+
+}  // namespace jml

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// A zonotope {c + T s : |s| ≤ 1}: what a box forgets, which states move together.
+///
+/// T = [columns, diag(axes)] with a fixed number of columns. The intersection with a strip |ρ - h(x - c)| ≤ β
+/// lies for any λ in c + λρ + [(I - λh) T, λβ] s (Alamo, Bravo and Camacho 2005, eq. (9)); λ is the one of
+/// least |T|², row by row, as a Kalman gain (Combastel 2015): it does not depend on units. Beyond the
+/// bounded-noise dissertation, whose box of an unmeasured state may grow without limit.
+/// Everything is rounded outward: what the arithmetic may lose is added to the axes.
+#pragma once
+
+#include <jml/kernels.hpp>
+#include <jml/model/box.hpp>
+#include <limits>
+
+namespace jml::detail {
+
+template <typename Scalar, int n, int columns>
+class Zonotope {
+  using State = Vector<Scalar, n>;
+
+ public:
+  /// A sum of k rounded terms is within k/2 ε of their absolute sum; this is twice that and more, for the
+  /// terms' own products.
+  static constexpr Scalar rounding = Scalar(2 * (n + columns) + 8) * std::numeric_limits<Scalar>::epsilon();
+
+  void reset(const Box<Scalar, n>& box) {
+    centre_ = box.centre();
+    axes_ = (box.upper - centre_).cwiseMax(centre_ - box.lower);
+    axes_ += rounding * (axes_ + centre_.cwiseAbs());
+    columns_.setZero();
+  }
+
+  [[nodiscard]] const State& centre() const { return centre_; }
+  /// Half the width of the smallest box around it.
+  [[nodiscard]] State reach() const {
+    State sum = columns_.cwiseAbs().rowwise().sum() + axes_;
+    return sum + rounding * sum;
+  }
+
+  /// x ↦ A (x - c) + to + inputs s ± error: its new centre is `to`.
+  template <int inputs>
+  void map(const Matrix<Scalar, n, n>& A, const State& to, const Matrix<Scalar, n, inputs>& input,
+           const State& error) {
+    Matrix<Scalar, n, columns + n + inputs> all;
+    const State size = A.cwiseAbs() * reach() + input.cwiseAbs().rowwise().sum();
+    all.template leftCols<columns>().noalias() = A * columns_;
+    all.template middleCols<n>(columns).noalias() = A * axes_.asDiagonal();
+    all.template rightCols<inputs>() = input;
+    axes_ = error + rounding * (size + to.cwiseAbs());
+    centre_ = to;
+    keep_largest(all, State(size + axes_));
+  }
+
+  /// Intersects with |offset - h (x - c)| ≤ width; returns by how much it misses, 0 where it does not.
+  [[nodiscard]] Scalar intersect(const Vector<Scalar, n>& h, Scalar offset, Scalar width) {
+    const Vector<Scalar, columns> along = columns_.transpose() * h;
+    const State along_axes = axes_.cwiseProduct(h);
+    const Scalar size = along.cwiseAbs().sum() + along_axes.cwiseAbs().sum();
+    const Scalar slack = rounding * (size + std::abs(offset) + width);
+    if (!(std::abs(offset) <= size + width + slack)) return std::abs(offset) - size - width;
+    if (std::abs(offset) + size <= width) return 0;  // all of it lies in the strip
+    const Scalar weight = along.squaredNorm() + along_axes.squaredNorm() + width * width;
+    if (!(weight > Scalar(0))) return 0;
+    const State gain = (columns_ * along + axes_.cwiseProduct(along_axes)) / weight;
+    const State before = reach();
+
+    Matrix<Scalar, n, columns + n + 1> all;
+    all.template leftCols<columns>() = columns_ - gain * along.transpose();
+    all.template middleCols<n>(columns) = -gain * along_axes.transpose();
+    for (int i = 0; i < n; ++i) all(i, columns + i) += axes_(i);
+    all.col(columns + n) = gain * width;
+    centre_ += gain * offset;
+    axes_ = rounding * (before + centre_.cwiseAbs() + gain.cwiseAbs() * (size + std::abs(offset) + width));
+    keep_largest(all, before);
+    return 0;
+  }
+
+ private:
+  /// The columns that a box of their own would enlarge most stay; the rest becomes that box, in the axes
+  /// (Girard 2005). `unit`: a length for each state.
+  template <int count>
+  void keep_largest(const Matrix<Scalar, n, count>& all, const State& unit) {
+    Scalar loss[count];
+    for (int j = 0; j < count; ++j) {
+      Scalar sum = 0, largest = 0;
+      for (int i = 0; i < n; ++i) {
+        const Scalar part = unit(i) > Scalar(0) ? std::abs(all(i, j)) / unit(i) : Scalar(0);
+        sum += part;
+        largest = part > largest ? part : largest;
+      }
+      loss[j] = sum - largest;
+    }
+    bool boxed[count] = {};
+    for (int k = 0; k < count - columns; ++k) {
+      int least = -1;
+      for (int j = 0; j < count; ++j) {
+        if (!boxed[j] && (least < 0 || loss[j] < loss[least])) least = j;
+      }
+      boxed[least] = true;
+      axes_ += all.col(least).cwiseAbs();
+    }
+    axes_ += rounding * axes_;
+    for (int j = 0, to = 0; j < count; ++j) {
+      if (!boxed[j]) columns_.col(to++) = all.col(j);
+    }
+  }
+
+  State centre_ = State::Zero(), axes_ = State::Zero();
+  Matrix<Scalar, n, columns> columns_ = Matrix<Scalar, n, columns>::Zero();
+};
+
+}  // namespace jml::detail

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The bounds of disturbance and noise that a model states, |w| ≤ ū and |v| ≤ b, as a bounded-noise estimator
+/// reads them.
+#pragma once
+
+#include <jml/model/concepts.hpp>
+#include <jml/model/interval.hpp>
+
+namespace jml {
+
+/// ū, q: |w| ≤ ū by component, per step.
+template <typename T, int n, typename D, typename At>
+[[gnu::always_inline]] inline Vector<T, DynamicsTraits<D>::disturbances> disturbance_bound(
+    const D& d, const Vector<T, n>& x, const At& at) {
+  using Traits = DynamicsTraits<D>;
+  const auto given = [&d](const auto&... a) -> decltype(Traits::disturbance_bound(d, a...)) {
+    return Traits::disturbance_bound(d, a...);
+  };
+  static_assert(Traits::disturbances == 0 || detail::Callable<decltype(given), Vector<T, n>, At>,
+                "jml: bounded noise: dynamics with disturbances need disturbance_bound(), q, as (), (x) or "
+                "(x, at), const");
+  if constexpr (Traits::disturbances == 0) {
+    return {};
+  } else {
+    static_assert(detail::require_shape<Traits::disturbances, 1, decltype(given), Vector<T, n>, At>());
+    return detail::call(given, x, at).template cast<T>();
+  }
+}
+
+/// w̄, q: the known part of the disturbance; zero where the model has none.
+template <typename T, int n, typename D, typename At>
+[[gnu::always_inline]] inline Vector<T, DynamicsTraits<D>::disturbances> disturbance_mean(
+    const D& d, const Vector<T, n>& x, const At& at) {
+  using Traits = DynamicsTraits<D>;
+  const auto given = [&d](const auto&... a) -> decltype(Traits::disturbance_mean(d, a...)) {
+    return Traits::disturbance_mean(d, a...);
+  };
+  if constexpr (detail::Callable<decltype(given), Vector<T, n>, At>)
+    return detail::call(given, x, at).template cast<T>();
+  else
+    return Vector<T, Traits::disturbances>::Zero();
+}
+
+/// b, p: |v| ≤ b by component.
+template <typename T, int n, typename S, typename At>
+[[gnu::always_inline]] inline Vector<T, measurements_of<S>> noise_bound(const S& s, const Vector<T, n>& x,
+                                                                        const At& at) {
+  using Traits = SensorTraits<S>;
+  const auto given = [&s](const auto&... a) -> decltype(Traits::noise_bound(s, a...)) {
+    return Traits::noise_bound(s, a...);
+  };
+  static_assert(detail::Callable<decltype(given), Vector<T, n>, At>,
+                "jml: bounded noise: a sensor needs noise_bound(), p, as (), (x) or (x, at), const");
+  static_assert(detail::require_shape<measurements_of<S>, 1, decltype(given), Vector<T, n>, At>());
+  return detail::call(given, x, at).template cast<T>();
+}
+
+/// True where every entry is finite and zero or positive.
+template <typename Scalar, int size>
+[[nodiscard, gnu::always_inline]] inline bool is_bound(const Vector<Scalar, size>& bound) {
+  bool good = all_finite(bound);
+  for (int i = 0; i < size; ++i) good &= bound(i) >= Scalar(0);
+  return good;
+}
+
+/// An enclosure of G over a box, n×q.
+template <typename Scalar, int n, typename D, typename At>
+Matrix<Interval<Scalar>, n, DynamicsTraits<D>::disturbances> disturbance_input_over(
+    const D& d, const Vector<Interval<Scalar>, n>& box, const At& at) {
+  using Traits = DynamicsTraits<D>;
+  const auto given = [&d](const auto&... a) -> decltype(Traits::disturbance_input(d, a...)) {
+    return Traits::disturbance_input(d, a...);
+  };
+  static_assert(
+      !has_disturbance_input<D, Vector<Scalar, n>, At>() ||
+          detail::Callable<decltype(given), Vector<Interval<Scalar>, n>, At>,
+      "jml: bounded noise: G reads the state: make disturbance_input(x) a template over the scalar, "
+      "so that it can be enclosed over a box, or use jml::Linearised");
+  return disturbance_input(d, box, at);
+}
+
+}  // namespace jml

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// A box: a lower and an upper bound for each state.
+#pragma once
+
+#include <jml/linear_algebra.hpp>
+#include <limits>
+
+namespace jml {
+
+/// lower ≤ x ≤ upper by component, n, in the units of the model. An infinite bound: nothing is known there.
+template <typename Scalar, int n>
+struct Box {
+  Vector<Scalar, n> lower = Vector<Scalar, n>::Constant(-std::numeric_limits<Scalar>::infinity());
+  Vector<Scalar, n> upper = Vector<Scalar, n>::Constant(std::numeric_limits<Scalar>::infinity());
+
+  /// NaN where a bound is missing.
+  [[nodiscard]] Vector<Scalar, n> centre() const { return lower / Scalar(2) + upper / Scalar(2); }
+  [[nodiscard]] Vector<Scalar, n> width() const { return upper - lower; }
+  [[nodiscard]] bool contains(const Vector<Scalar, n>& x) const {
+    bool inside = true;
+    for (int i = 0; i < n; ++i) inside &= lower(i) <= x(i) && x(i) <= upper(i);
+    return inside;
+  }
+  /// True where every state has both bounds.
+  [[nodiscard]] bool bounded() const { return all_finite(lower) && all_finite(upper); }
+  /// lower ≤ upper, no NaN, and infinite only where a bound is missing.
+  [[nodiscard]] bool valid() const {
+    constexpr Scalar infinity = std::numeric_limits<Scalar>::infinity();
+    bool good = true;
+    for (int i = 0; i < n; ++i) good &= lower(i) <= upper(i) && lower(i) < infinity && upper(i) > -infinity;
+    return good;
+  }
+};
+
+namespace detail {
+
+/// The middle, or where a bound is missing the point next to zero: always inside.
+template <typename Scalar>
+[[nodiscard]] Scalar point_in(Scalar lower, Scalar upper) {
+  const Scalar middle = lower / Scalar(2) + upper / Scalar(2);
+  if (std::isfinite(middle)) return middle < lower ? lower : middle > upper ? upper : middle;
+  return lower > Scalar(0) ? lower : upper < Scalar(0) ? upper : Scalar(0);
+}
+template <typename Scalar, int n>
+[[nodiscard]] Vector<Scalar, n> point_in(const Box<Scalar, n>& box) {
+  Vector<Scalar, n> out;
+  for (int i = 0; i < n; ++i) out(i) = point_in(box.lower(i), box.upper(i));
+  return out;
+}
+
+}  // namespace detail
+
+template <typename Scalar, int n>
+Box(const Vector<Scalar, n>&, const Vector<Scalar, n>&) -> Box<Scalar, n>;
+/// From Eigen expressions.
+template <typename L, typename U>
+Box(const Eigen::MatrixBase<L>&, const Eigen::MatrixBase<U>&)
+    -> Box<typename L::Scalar, L::RowsAtCompileTime>;
+
+}  // namespace jml
