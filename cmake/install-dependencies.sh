@@ -7,7 +7,10 @@ set -euo pipefail
 packages=(
   g++ cmake ninja-build libeigen3-dev   # the library and its build
   libceres-dev                          # component jml::ceres
-  libsundials-dev                       # component jml::cvode; brings Open MPI, which jml does not use
+  libsundials-dev                       # component jml::cvode
+  librandom123-dev nlohmann-json3-dev libboost-dev  # component jml::campaign
+  libopenmpi-dev openmpi-bin            # component jml::mpi
+  libcli11-dev                          # the campaign program in examples/
   libgtest-dev libgmock-dev             # tests
   libbenchmark-dev                      # benchmarks
   gnuplot-nox                           # the demo's figures
