@@ -29,25 +29,8 @@ constexpr jml::Loss huber = jml::Loss::huber(2);
 constexpr std::size_t checkpoint = 960;  // rows from one to the next
 constexpr int to_convergence = 30;       // sweeps at most
 
-/// A row of odometry and the ranges that arrived during it.
-struct Row {
-  std::size_t index;
-  double dt;
-  jml::Vector<double, 2> control;
-  std::size_t first, last;  // ranges first … last - 1
-};
-
-template <typename Use>
-void for_each_row(const Plaza& data, const Use& use) {
-  std::size_t first = 0, last = 0;
-  double before = data.truth[0][0];
-  for (std::size_t i = 0; i < data.odometry.size(); ++i) {
-    const auto [time, distance, turn] = data.odometry[i];
-    while (last < data.ranges.size() && data.ranges[last][0] <= time) ++last;
-    use(Row{i, time - before, {distance, turn}, first, last});
-    before = time;
-    first = last;
-  }
+auto with_bias(const Plaza& data) {
+  return [&data](const std::array<double, 3>& range) { return data.radio<4>(range); };
 }
 
 struct Result {
@@ -67,31 +50,12 @@ struct Result {
   }
 };
 
-/// step() with the first range of a row, update() with the others, predict() without any, or where the first
-/// ones were refused. use(report) for each range.
-template <typename Estimator, typename Use>
-void feed(Estimator& estimator, const Plaza& data, const Row& row, const Use& use) {
-  bool moved = false;
-  for (std::size_t i = row.first; i < row.last; ++i) {
-    const auto radio = data.radio<4>(data.ranges[i]);
-    const double range = data.ranges[i][2];
-    const auto report =
-        moved ? estimator.update(radio, range) : estimator.step(radio, range, row.dt, row.control);
-    use(report);
-    if constexpr (requires { report.status; })
-      moved = moved || jml::usable(report.status);
-    else
-      moved = moved || jml::usable(report);
-  }
-  if (!moved) static_cast<void>(estimator.predict(row.dt, row.control));
-}
-
 template <typename Estimator, typename Covariance>
 void run(Estimator& estimator, const Plaza& data, const Covariance& covariance, Result& out) {
   demo::Stopwatch watch;
-  for_each_row(data, [&](const Row& row) {
+  demo::for_each_row(data, [&](const demo::Row& row) {
     watch.start();
-    feed(estimator, data, row, [&out](const auto& report) {
+    demo::feed(estimator, data, row, with_bias(data), [&out](const auto& report) {
       out.refused += !jml::usable(report.status);
       out.rejected += report.gate == jml::Verdict::rejected;
       if constexpr (requires { report.sweeps; }) out.sweeps.add(report.sweeps);
@@ -138,8 +102,9 @@ auto recorder(const Plaza& data) {
 Result whole_interval(const Plaza& data, const char* name, const char* key, const jml::Loss& loss) {
   Result out{name, key};
   auto batch = recorder(data);
-  for_each_row(data, [&](const Row& row) {
-    feed(batch, data, row, [&out](jml::Status status) { out.refused += status != jml::Status::ok; });
+  demo::for_each_row(data, [&](const demo::Row& row) {
+    demo::feed(batch, data, row, with_bias(data),
+               [&out](jml::Status status) { out.refused += status != jml::Status::ok; });
   });
   batch.options.loss = loss;
   demo::Stopwatch watch;
@@ -160,8 +125,8 @@ void measure(const Plaza& data, std::vector<Result>& results) {
   auto batch = recorder(data);
   batch.options.loss = huber;
   batch.options.newton = false;  // nearly linear: Gauss-Newton is faster here
-  for_each_row(data, [&](const Row& row) {
-    feed(batch, data, row, [](jml::Status) {});
+  demo::for_each_row(data, [&](const demo::Row& row) {
+    demo::feed(batch, data, row, with_bias(data), [](jml::Status) {});
     if ((row.index + 1) % checkpoint != 0) return;
     batch.start = jml::Start::filter;
     if (!jml::usable(batch.solve().status)) {
@@ -181,7 +146,7 @@ void measure(const Plaza& data, std::vector<Result>& results) {
 /// How alike two successive range errors of a tag are, their mean apart.
 double correlation_of_errors(const Plaza& data) {
   std::vector<double> errors[4];
-  for_each_row(data, [&](const Row& row) {
+  demo::for_each_row(data, [&](const demo::Row& row) {
     for (std::size_t i = row.first; i < row.last; ++i) {
       const auto radio = data.radio<4>(data.ranges[i]);
       errors[radio.index].push_back(data.ranges[i][2] - (data.position(row.index) - radio.position).norm());
@@ -202,7 +167,7 @@ double correlation_of_errors(const Plaza& data) {
 int late_ranges(const Plaza& data) {
   int count = 0;
   double before = -1;
-  for_each_row(data, [&](const Row& row) {
+  demo::for_each_row(data, [&](const demo::Row& row) {
     for (std::size_t i = row.first; i < row.last; ++i) count += data.ranges[i][0] <= before;
     before = data.odometry[row.index][0];
   });

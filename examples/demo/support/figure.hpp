@@ -22,7 +22,19 @@ struct Series {
   std::string label, colour;
   std::vector<double> x, y;
   std::string style = "lines lw 1.6";  ///< in gnuplot's words
+  std::vector<double> upper = {};      ///< a band from y to here, below what follows; empty: a line
 };
+
+/// A translucent band between two curves, for what lies within an interval of confidence.
+inline Series band(std::string label, std::string colour, std::vector<double> x, std::vector<double> lower,
+                   std::vector<double> upper) {
+  return {std::move(label),
+          std::move(colour),
+          std::move(x),
+          std::move(lower),
+          "filledcurves fs transparent solid 0.18 noborder",
+          std::move(upper)};
+}
 
 struct Panel {
   std::string y_title;
@@ -64,10 +76,12 @@ struct Figure {
         const Series& series = panels[p].series[s];
         std::fprintf(out, "$d%zu_%zu << EOD\n", p, s);
         for (std::size_t i = 0; i < series.x.size(); ++i) {
-          if (std::isfinite(series.y[i]))
+          if (!std::isfinite(series.y[i]))
+            std::fprintf(out, "\n");
+          else if (series.upper.empty())
             std::fprintf(out, "%.7g %.7g\n", series.x[i], series.y[i]);
           else
-            std::fprintf(out, "\n");
+            std::fprintf(out, "%.7g %.7g %.7g\n", series.x[i], series.y[i], series.upper[i]);
         }
         std::fprintf(out, "EOD\n");
       }
@@ -83,8 +97,8 @@ struct Figure {
       std::fprintf(out, "%s\nplot ", panels[p].options.c_str());
       for (std::size_t s = 0; s < panels[p].series.size(); ++s) {
         const Series& series = panels[p].series[s];
-        std::fprintf(out, "%s$d%zu_%zu using 1:2 with %s lc rgb '%s' %s", s == 0 ? "" : ", ", p, s,
-                     series.style.c_str(), series.colour.c_str(),
+        std::fprintf(out, "%s$d%zu_%zu using %s with %s lc rgb '%s' %s", s == 0 ? "" : ", ", p, s,
+                     series.upper.empty() ? "1:2" : "1:2:3", series.style.c_str(), series.colour.c_str(),
                      series.label.empty() ? "notitle" : "title ");
         if (!series.label.empty()) std::fprintf(out, "\"%s\"", series.label.c_str());
       }

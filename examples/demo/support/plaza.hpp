@@ -55,6 +55,46 @@ jml::Estimate<double, 3 + tags> start(const Plaza& data) {
   return out;
 }
 
+/// A row of odometry and the ranges that arrived during it.
+struct Row {
+  std::size_t index;
+  double dt;
+  jml::Vector<double, 2> control;
+  std::size_t first, last;  // ranges first … last - 1
+};
+
+template <typename Use>
+void for_each_row(const Plaza& data, const Use& use) {
+  std::size_t first = 0, last = 0;
+  double before = data.truth[0][0];
+  for (std::size_t i = 0; i < data.odometry.size(); ++i) {
+    const auto [time, distance, turn] = data.odometry[i];
+    while (last < data.ranges.size() && data.ranges[last][0] <= time) ++last;
+    use(Row{i, time - before, {distance, turn}, first, last});
+    before = time;
+    first = last;
+  }
+}
+
+/// step() with the first range of a row, update() with the others, predict() without any, or where the first
+/// ones were refused. radio(range): the sensor of a row of ranges. use(report) for each range.
+template <typename Estimator, typename Radio, typename Use>
+void feed(Estimator& estimator, const Plaza& data, const Row& row, const Radio& radio, const Use& use) {
+  bool moved = false;
+  for (std::size_t i = row.first; i < row.last; ++i) {
+    const auto sensor = radio(data.ranges[i]);
+    const double range = data.ranges[i][2];
+    const auto report =
+        moved ? estimator.update(sensor, range) : estimator.step(sensor, range, row.dt, row.control);
+    use(report);
+    if constexpr (requires { report.status; })
+      moved = moved || jml::usable(report.status);
+    else
+      moved = moved || jml::usable(report);
+  }
+  if (!moved) static_cast<void>(estimator.predict(row.dt, row.control));
+}
+
 inline std::vector<double> column(const auto& rows, std::size_t index) {
   std::vector<double> out;
   for (const auto& row : rows) out.push_back(row[index]);

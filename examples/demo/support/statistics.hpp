@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <jml/kernels.hpp>
+#include <jml/factors.hpp>
 #include <limits>
 #include <vector>
 
