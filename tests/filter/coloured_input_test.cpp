@@ -204,4 +204,32 @@ TEST(ColouredInput, SensorOfThePlant) {
   EXPECT_LT(filter.box().upper(1), 0.45);
 }
 
+/// A sensor that reads the clock, and a shaping filter with a mean.
+struct Clocked {
+  static constexpr int measurements = 1;
+  template <typename T>
+  jml::Vector<T, 1> measurement(const jml::Vector<T, 1>& x, const auto& at) const {
+    return jml::Vector<T, 1>(x(0) + at.time);
+  }
+  Vector1 noise_bound() const { return Vector1(0.1); }
+};
+struct Drifting : Lag {
+  Vector1 disturbance_mean() const { return Vector1(10.0); }
+};
+TEST(ColouredInput, SensorsOfTimeAndMeansAreHandedOn) {
+  const ColouredInput whole{Timed{}, Drifting{}};
+  const auto sensor = jml::sensor_of(whole, Clocked{});
+  const auto start = [&](const auto& rule) {
+    return BoundedNoise{rule, whole, Box<double, 2>{Vector2(0, 0), Vector2(1, 1)}, 7.0};
+  };
+  auto filter = start(Guaranteed{});
+  EXPECT_NEAR(filter.update(sensor, 7.5).innovation(0), 0, 1e-14);
+  auto linearised = start(Linearised{});
+  ASSERT_EQ(linearised.predict(0.5), Status::ok);
+  EXPECT_NEAR(linearised.x()(1), 0.5 * 0.5 + 0.07 + 10, 1e-14);
+  filter = start(Guaranteed{});
+  ASSERT_EQ(filter.predict(0.5), Status::ok);
+  EXPECT_NEAR(filter.x()(1), 0.5 * 0.5 + 0.07 + 10, 1e-14);
+}
+
 }  // namespace

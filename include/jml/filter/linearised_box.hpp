@@ -25,12 +25,12 @@ struct Linearised {
   [[nodiscard]] static Status predict(const D& d, Box<Scalar, n>& box, Memory<Scalar, n>&, const At& at) {
     constexpr int q = DynamicsTraits<D>::disturbances;
     if (!box.bounded()) return Status::state_unbounded;
-    const Vector<Scalar, n> x = box.centre(), reach = half_width(box, x);
+    const Vector<Scalar, n> x = box.centre(), reach = box.width() / Scalar(2);
     const Vector<Scalar, n> next = predicted_state(d, x, at);
     const Matrix<Scalar, n, n> A = dynamics_jacobian(d, x, at);
     // Outward by the rounding of these lines and of a linear model's own F x + G w, so that its box stays a
     // guarantee.
-    constexpr Scalar rounding = Scalar(n + q + 4) / 2 * std::numeric_limits<Scalar>::epsilon();
+    constexpr Scalar rounding = Scalar(n + q + 8) / 2 * std::numeric_limits<Scalar>::epsilon();
     Vector<Scalar, n> spread = rounding * next.cwiseAbs();
     kernel::repeat<n>([&](int j) __attribute__((always_inline)) {
       const Scalar wide = reach(j) + rounding * (reach(j) + std::abs(x(j)));
@@ -43,11 +43,11 @@ struct Linearised {
       if (!is_bound(bound)) return Status::invalid_disturbance_bound;
       if (!all_finite(G)) blame = Status::invalid_disturbance_bound;
       kernel::repeat<q>([&](int j) __attribute__((always_inline)) {
-        for (int i = 0; i < n; ++i) spread(i) += std::abs(G(i, j)) * bound(j);
+        const Scalar wide = bound(j) + rounding * bound(j);
+        for (int i = 0; i < n; ++i) spread(i) += std::abs(G(i, j)) * wide;
       });
     }
     for (int i = 0; i < n; ++i) {
-      spread(i) += rounding * spread(i);
       box.lower(i) = next(i) - spread(i);
       box.upper(i) = next(i) + spread(i);
     }
@@ -103,25 +103,9 @@ struct Linearised {
       }
     }
     kernel::repeat<n>([&](int i) __attribute__((always_inline)) {
-      constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
-      const Scalar low = x(i) + offset[i].low - epsilon * (std::abs(x(i)) + std::abs(offset[i].low));
-      const Scalar high = x(i) + offset[i].high + epsilon * (std::abs(x(i)) + std::abs(offset[i].high));
-      if (low > box.lower(i)) box.lower(i) = low;
-      if (high < box.upper(i)) box.upper(i) = high;
+      if (offset[i].low > box.lower(i) - x(i)) box.lower(i) = x(i) + offset[i].low;
+      if (offset[i].high < box.upper(i) - x(i)) box.upper(i) = x(i) + offset[i].high;
     });
-  }
-
- private:
-  /// Rounded up.
-  template <typename Scalar, int n>
-  static Vector<Scalar, n> half_width(const Box<Scalar, n>& box, const Vector<Scalar, n>& x) {
-    Vector<Scalar, n> out;
-    for (int i = 0; i < n; ++i) {
-      const Scalar down = x(i) - box.lower(i), up = box.upper(i) - x(i);
-      const Scalar larger = down > up ? down : up;
-      out(i) = larger + Scalar(2) * std::numeric_limits<Scalar>::epsilon() * larger;
-    }
-    return out;
   }
 };
 

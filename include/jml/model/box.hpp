@@ -15,7 +15,7 @@ struct Box {
   Vector<Scalar, n> upper = Vector<Scalar, n>::Constant(std::numeric_limits<Scalar>::infinity());
 
   /// NaN where a bound is missing.
-  [[nodiscard]] Vector<Scalar, n> centre() const { return lower / Scalar(2) + upper / Scalar(2); }
+  [[nodiscard]] Vector<Scalar, n> centre() const { return Scalar(0.5) * (lower + upper); }
   [[nodiscard]] Vector<Scalar, n> width() const { return upper - lower; }
   [[nodiscard]] bool contains(const Vector<Scalar, n>& x) const {
     bool inside = true;
@@ -38,8 +38,8 @@ namespace detail {
 /// The middle, or where a bound is missing the point next to zero: always inside.
 template <typename Scalar>
 [[nodiscard]] Scalar point_in(Scalar lower, Scalar upper) {
-  const Scalar middle = lower / Scalar(2) + upper / Scalar(2);
-  if (std::isfinite(middle)) return middle < lower ? lower : middle > upper ? upper : middle;
+  const Scalar middle = Scalar(0.5) * (lower + upper);
+  if (std::isfinite(middle)) return middle;
   return lower > Scalar(0) ? lower : upper < Scalar(0) ? upper : Scalar(0);
 }
 template <typename Scalar, int n>

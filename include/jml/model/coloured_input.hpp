@@ -26,6 +26,9 @@ struct ColouredInput {
   static_assert(detail::require_discrete<Plant>() && detail::require_discrete<Shaping>());
   static_assert(inputs == DynamicsTraits<Plant>::disturbances,
                 "jml: ColouredInput: the shaping filter needs one state for each disturbance of the plant");
+  static_assert(
+      !requires { &Plant::disturbance_mean; },
+      "jml: ColouredInput: the plant's disturbance is the shaping filter's state: give that one the mean");
 
   static constexpr bool timed = reads_instant<double, Plant>() || reads_instant<double, Shaping>();
 
@@ -61,6 +64,10 @@ struct ColouredInput {
   auto disturbance_bound() const -> decltype(std::declval<const Filter&>().disturbance_bound()) {
     return shaping.disturbance_bound();
   }
+  template <typename Filter = Shaping>
+  auto disturbance_mean() const -> decltype(std::declval<const Filter&>().disturbance_mean()) {
+    return shaping.disturbance_mean();
+  }
 
  private:
   template <typename T, typename At>
@@ -79,17 +86,26 @@ struct ColouredInput {
 template <typename Plant, typename Shaping>
 ColouredInput(Plant, Shaping) -> ColouredInput<Plant, Shaping>;
 
-/// A sensor of the plant on the state of its ColouredInput.
+/// A sensor of the plant on the state of its ColouredInput. Its noise_covariance() and noise_bound() without
+/// arguments.
 template <typename S, int plant_states, int inputs>
 struct PlantSensor {
   static constexpr int measurements = measurements_of<S>;
   static constexpr bool linear = SensorTraits<S>::linear;
+  static constexpr bool timed = sensor_reads_instant<S, Vector<double, plant_states>, Instant<double>>();
   S sensor;
 
   template <typename T>
-  Vector<T, measurements> measurement(const Vector<T, plant_states + inputs>& x) const {
-    return jml::measurement(sensor, Vector<T, plant_states>(x.template head<plant_states>()),
-                            Instant<double>{});
+  Vector<T, measurements> measurement(const Vector<T, plant_states + inputs>& x) const
+    requires(!timed)
+  {
+    return read(x, Instant<double>{});
+  }
+  template <typename T, typename At>
+  Vector<T, measurements> measurement(const Vector<T, plant_states + inputs>& x, const At& at) const
+    requires timed
+  {
+    return read(x, at);
   }
   template <typename Own = S>
   auto noise_covariance() const -> decltype(std::declval<const Own&>().noise_covariance()) {
@@ -103,6 +119,12 @@ struct PlantSensor {
   auto residual(const Y& y, const Y& predicted) const
       -> decltype(std::declval<const Own&>().residual(y, predicted)) {
     return sensor.residual(y, predicted);
+  }
+
+ private:
+  template <typename T, typename At>
+  Vector<T, measurements> read(const Vector<T, plant_states + inputs>& x, const At& at) const {
+    return jml::measurement(sensor, Vector<T, plant_states>(x.template head<plant_states>()), at);
   }
 };
 
