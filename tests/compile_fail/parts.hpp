@@ -25,6 +25,10 @@ struct WithInput : Functions {
 struct Model : WithInput {
   Matrix1 disturbance_covariance() const { return Matrix1(1); }
 };
+/// The same with a bound in place of the covariance.
+struct Pushed : WithInput {
+  Vector1 disturbance_bound() const { return Vector1(1.0); }
+};
 
 struct Position {
   static constexpr int measurements = 1;
@@ -38,5 +42,6 @@ struct Sensor : Position {
 };
 
 inline const jml::Estimate<double, 2> start{Vector2(1, 0), Matrix2::Identity()};
+inline const jml::Box<double, 2> box{Vector2(0, -1), Vector2(2, 1)};
 
 }  // namespace parts

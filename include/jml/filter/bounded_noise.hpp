@@ -46,6 +46,13 @@ class BoundedNoise {
   /// No prior box: the first measurements make it, eqs. (2.13) and (2.16).
   BoundedNoise(Rule rule, D dynamics) : BoundedNoise(std::move(rule), std::move(dynamics), {}) {}
 
+  template <typename Other, int n>
+    requires(n != states)
+  BoundedNoise(Rule rule, D dynamics, const Box<Other, n>&, double = 0)
+      : BoundedNoise(std::move(rule), std::move(dynamics)) {
+    static_assert(n == states, "jml: the box has not as many states as the dynamics");
+  }
+
   /// Starts again from another box.
   Status reset(const Box<Scalar, states>& box, double time) {
     now_ = {box, {}};

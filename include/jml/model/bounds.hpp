@@ -68,16 +68,14 @@ template <typename Scalar, int size>
 template <typename Scalar, int n, typename D, typename At>
 Matrix<Interval<Scalar>, n, DynamicsTraits<D>::disturbances> disturbance_input_over(
     const D& d, const Vector<Interval<Scalar>, n>& box, const At& at) {
-  using Traits = DynamicsTraits<D>;
-  const auto given = [&d](const auto&... a) -> decltype(Traits::disturbance_input(d, a...)) {
-    return Traits::disturbance_input(d, a...);
-  };
+  // A function that is no template would have the box converted into a vector of numbers.
+  constexpr bool constant = requires { DynamicsTraits<D>::disturbance_input(d); };
+  constexpr bool plain = requires { &D::disturbance_input; };
   static_assert(
-      !has_disturbance_input<D, Vector<Scalar, n>, At>() ||
-          detail::Callable<decltype(given), Vector<Interval<Scalar>, n>, At>,
-      "jml: bounded noise: G reads the state: make disturbance_input(x) a template over the scalar, "
-      "so that it can be enclosed over a box, or use jml::Linearised");
-  return disturbance_input(d, box, at);
+      constant || !plain,
+      "jml: bounded noise: G reads the state: make disturbance_input(x) a template over the scalar, so "
+      "that it can be enclosed over a box, or use jml::Linearised");
+  if constexpr (constant || !plain) return disturbance_input(d, box, at);
 }
 
 }  // namespace jml

@@ -6,7 +6,17 @@
 #ifdef WITH_ceres
 #include <jml/solve/ceres.hpp>
 #endif
-#ifdef WITH_cvode
+#ifdef WITH_mpi
+#include <jml/sim/campaign_mpi.hpp>
+#endif
+#ifdef WITH_campaign
+#include <jml/analysis/consistency.hpp>
+#include <jml/sim/counter_noise.hpp>
+
+bool component_works() {
+  return jml::chi_square_average_interval(1, 50).contains(1) && jml::CounterNoise(1, 2).uniform() < 1;
+}
+#elif defined(WITH_cvode)
 #include <jml/solve/cvode.hpp>
 
 bool component_works() {  // compiled with its headers, linked and loaded with its libraries
