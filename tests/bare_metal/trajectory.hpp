@@ -21,6 +21,7 @@ using Run = bool(const double (&y)[steps], Table& table);
 Run ekf_double, ekf_float, jml_double, jml_float, iterated_jml_double, iterated_jml_float;
 Run runge_kutta_double, runge_kutta_float, davison_maki_double, davison_maki_float, algebraic_double,
     algebraic_float;
+Run linearised_box_double, linearised_box_float, guaranteed_box_double, guaranteed_box_float;
 
 struct Case {
   const char* name;
@@ -43,6 +44,10 @@ inline constexpr Case cases[] = {
     {"RNLS, DavisonMaki, float", davison_maki_float, 1e-4},
     {"algebraic RNLS, double", algebraic_double, 1e-11},
     {"algebraic RNLS, float", algebraic_float, 1e-3},
+    {"bounded noise, linearised, double", linearised_box_double, 1e-13},
+    {"bounded noise, linearised, float", linearised_box_float, 1e-5},
+    {"bounded noise, guaranteed, double", guaranteed_box_double, 1e-12},
+    {"bounded noise, guaranteed, float", guaranteed_box_float, 1e-3},
 };
 inline constexpr std::size_t case_count = sizeof(cases) / sizeof(cases[0]);
 
@@ -73,6 +78,30 @@ bool run(const Rule& rule, const double (&y)[steps], Table& table) {
       filter, y, table,
       [&](double sample) { return filter.step(models::SaturatingPosition{}, static_cast<Scalar>(sample)); },
       [&] { return filter.P(); });
+}
+
+/// The same with bounds alone; the noise of the measurements is within ±0.1, and nothing disturbs. Kept: the
+/// box.
+struct Pushed : models::VanDerPol {
+  jml::Vector<double, 1> disturbance_bound() const { return jml::Vector<double, 1>(0.1); }
+};
+struct BoundedPosition : models::SaturatingPosition {
+  jml::Vector<double, 1> noise_bound() const { return jml::Vector<double, 1>(0.1); }
+};
+
+template <typename Scalar, typename Rule>
+bool run_box(const Rule& rule, const double (&y)[steps], Table& table) {
+  using State = jml::Vector<Scalar, 2>;
+  const jml::Box box{State(Scalar(0.8), Scalar(-0.2)), State(Scalar(1.2), Scalar(0.2))};
+  jml::BoundedNoise filter{rule, Pushed{}, box};
+  return keep(
+      filter, y, table,
+      [&](double sample) { return filter.step(BoundedPosition{}, static_cast<Scalar>(sample)); },
+      [&] {
+        jml::Matrix<Scalar, 2, 2> sides;
+        sides << filter.box().lower, filter.box().upper;
+        return sides;
+      });
 }
 
 /// The same in continuous time: the samples held over 50 ms each, white noise of the same power.
