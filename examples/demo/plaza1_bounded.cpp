@@ -2,9 +2,10 @@
 // Real data with bounds alone: Plaza 1 (data/plaza1/README.md), where the robot can be.
 //
 // The range error is taken as 2.75 ± 4.25 m, read off these same data: it holds for every range. For the
-// error of an odometry row along and across the heading two bounds are tried: 5 cm + 105 % of the way, which
-// every row honours, and 2 cm + 10 %, which 76 of 9657 rows do not. The start pose is known to 0.3 m and 0.05
-// rad. Ranges are in order of time, each used at the end of its odometry row; two tags may be used twice.
+// error of an odometry row along and across the heading two bounds are tried: 5 cm + 150 % of the way, which
+// every row honours (some are off by more than they drive), and 2 cm + 10 %, which 107 of 9657 rows do not.
+// The start pose is known to 0.3 m and 0.05 rad. Ranges are in order of time, each used at the end of its
+// odometry row.
 #include <cstdio>
 #include <jml/filter/bounded_noise.hpp>
 #include <string>
@@ -67,7 +68,7 @@ Result run(const Plaza& data, const std::string& name, const std::string& key,
 int main(int argc, char** argv) {
   const auto directory = demo::output_directory(argc, argv, "DIRECTORY");
   const Plaza data = Plaza(PLAZA1_DATA).in_order_of_time();
-  const models::BoundedPlazaRobot honoured{.bound = 0.05, .bound_slope = 1.05},
+  const models::BoundedPlazaRobot honoured{.bound = 0.05, .bound_slope = 1.5},
       tight{.bound = 0.02, .bound_slope = 0.1};
   const std::vector<Result> results = {
       run<jml::Linearised>(data, "linearised, bound honoured", "linearised_honoured", honoured),
@@ -114,7 +115,7 @@ int main(int argc, char** argv) {
         {{"linearised, honoured", demo::colour::orange, time, demo::thinned(results[0].width)},
          {"guaranteed, honoured", demo::colour::blue, time, demo::thinned(results[1].width)},
          {"guaranteed, tight", demo::colour::green, time, demo::thinned(results[3].width)}},
-        "set yrange [0:*]"},
+        "set logscale y"},
        {"error of the centre m",
         {{"guaranteed, honoured", demo::colour::blue, time, demo::thinned(results[1].error)},
          {"guaranteed, tight", demo::colour::green, time, demo::thinned(results[3].error)}},

@@ -142,17 +142,6 @@ inline bool CampaignResult::write_json(const std::string& path) const {
   return detail::write_file(path, detail::json_text(json));
 }
 
-inline double CampaignResult::share_inside() const {
-  if (!ok()) return std::numeric_limits<double>::quiet_NaN();
-  using L = detail::TallyLayout;
-  double inside = 0;
-  for (int j = 0; j < data_->layout.estimators; ++j) {
-    const double* times = data_->times.data() + L::times * j;
-    inside += times[L::inside_ns] + times[L::covariance_ns];
-  }
-  return inside / data_->times.back();
-}
-
 inline bool CampaignResult::write_timings(const std::string& path) const {
   if (!ok()) return false;
   if (!writes_) return true;

@@ -252,4 +252,15 @@ class CampaignResult {
   bool writes_ = true;
 };
 
+inline double CampaignResult::share_inside() const {
+  if (!ok()) return std::numeric_limits<double>::quiet_NaN();
+  using L = detail::TallyLayout;
+  double inside = 0;
+  for (int j = 0; j < data_->layout.estimators; ++j) {
+    const double* times = data_->times.data() + L::times * j;
+    inside += times[L::inside_ns] + times[L::covariance_ns];
+  }
+  return inside / data_->times.back();
+}
+
 }  // namespace jml
