@@ -35,9 +35,8 @@ jml::Vector<double, D::states> push(const D& plant, const jml::Vector<double, D:
   const jml::Instant<double> none;
   const jml::Vector<double, D::disturbances> bound = jml::disturbance_bound(plant, x, none);
   const bool corner = noise.uniform() < 0.7;
-  const jml::Vector<double, D::disturbances> w =
-      jml::disturbance_mean(plant, x, none) + models::within(bound, noise, corner);
-  return plant.dynamics(x) + jml::disturbance_input(plant, x, none) * w;
+  const jml::Vector<double, D::disturbances> w = models::within(bound, noise, corner);
+  return jml::predicted_state(plant, x, none) + jml::disturbance_input(plant, x, none) * w;
 }
 
 struct Outcome {

@@ -19,8 +19,9 @@ namespace jml {
 /// Rule of jml::BoundedNoise. `columns_per_state`: of the zonotope; 0: the box alone.
 ///
 /// The truth is inside to the rounding of its own simulation. dynamics(x) and measurement(x) must be
-/// templates over the scalar. A bound that depends on the state is read at the centre of the box: let it hold
-/// for all of it.
+/// templates over the scalar, and continuous but for the jumps that the sensor's residual() takes away; a
+/// Jacobian of the model's own must be the exact one. A bound that depends on the state is read at the centre
+/// of the box: let it hold for all of it.
 template <int columns_per_state = 6>
 struct Guaranteed {
   template <typename Scalar, int n>
@@ -39,6 +40,7 @@ struct Guaranteed {
                                       const At& at) {
     using Range = Interval<Scalar>;
     constexpr int q = DynamicsTraits<D>::disturbances;
+    constexpr Scalar rounding = decltype(memory.shape)::rounding;
     if (!box.bounded()) return Status::state_unbounded;
     const Vector<Scalar, n> x = detail::point_in(box);
     const detail::Ranges<Scalar, n> whole = detail::ranges(box), point = x.template cast<Range>();
@@ -52,21 +54,23 @@ struct Guaranteed {
     Matrix<Scalar, n, q> input;
     Vector<Scalar, n> mean = Vector<Scalar, n>::Zero(), error = mean;
     if constexpr (q > 0) {
-      const Vector<Scalar, q> bound = disturbance_bound(d, x, at), known_part = disturbance_mean(d, x, at);
+      const Vector<Scalar, q> bound = detail::rounded_up(disturbance_bound(d, x, at));
+      const Vector<Range, q> known_part = disturbance_mean_over(d, whole, at);
       const Matrix<Range, n, q> G = disturbance_input_over(d, whole, at);
       if (!is_bound(bound)) return Status::invalid_disturbance_bound;
       for (int i = 0; i < n * q; ++i) {
         if (!isfinite(G.data()[i])) return Status::invalid_disturbance_bound;
       }
       for (int j = 0; j < q; ++j) {
-        const Range w = Range(known_part(j)) + Range(-bound(j), bound(j));
+        const Range w = known_part(j) + Range(-bound(j), bound(j));
+        const Scalar middle = known_part(j).centre(), off = known_part(j).radius();
         for (int i = 0; i < n; ++i) {
+          const Scalar slope = G(i, j).centre();
           push(i) = push(i) + G(i, j) * w;
-          input(i, j) = G(i, j).centre() * bound(j);
-          mean(i) += G(i, j).centre() * known_part(j);
-          error(i) += G(i, j).radius() * (bound(j) + std::abs(known_part(j))) +
-                      detail::Zonotope<Scalar, n, columns_per_state * n>::rounding *
-                          std::abs(G(i, j).centre() * known_part(j));
+          input(i, j) = slope * bound(j);
+          mean(i) += slope * middle;
+          error(i) += G(i, j).radius() * (bound(j) + mag(known_part(j))) + std::abs(slope) * off +
+                      rounding * std::abs(slope * middle);
         }
       }
     }
@@ -99,7 +103,7 @@ struct Guaranteed {
   static void update(const S& s, Box<Scalar, n>& box, Memory<Scalar, n>& memory, const Vector<Scalar, p>& y,
                      const At& at, BoundedReport<Scalar, p>& report) {
     const Vector<Scalar, n> x = detail::point_in(box);
-    const Vector<Scalar, p> bound = noise_bound(s, x, at), centre = measurement(s, x, at);
+    const Vector<Scalar, p> bound = detail::rounded_up(noise_bound(s, x, at)), centre = measurement(s, x, at);
     if (!is_bound(bound)) {
       report.status = Status::invalid_noise_bound;
       return;

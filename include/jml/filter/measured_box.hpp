@@ -102,9 +102,9 @@ struct MeasuredBox {
     for (int row = 0; row < p; ++row) middle(row) = predicted(row).centre();
     innovation = measurement_residual(s, y, middle);
     for (int row = 0; row < p; ++row) {
-      half(row) =
-          bound(row) + predicted(row).radius() +
-          Scalar(4) * std::numeric_limits<Scalar>::epsilon() * (std::abs(y(row)) + std::abs(middle(row)));
+      half(row) = bound(row) + predicted(row).radius() +
+                  Scalar(4) * std::numeric_limits<Scalar>::epsilon() *
+                      (std::abs(y(row)) + std::abs(middle(row)) + bound(row) + predicted(row).radius());
       Interval<Scalar> sum(Scalar(0));
       for (int j = 0; j < n; ++j) sum = sum + M(row, j) * offset(j);
       usable[row] = single_valued(s, middle, row, sum, half(row));
@@ -121,8 +121,9 @@ struct MeasuredBox {
         Vector<Scalar, p> moved = middle;
         moved(row) += end;
         const Scalar seen = measurement_residual(s, moved, middle)(row);
-        const Scalar slack = Scalar(8) * std::numeric_limits<Scalar>::epsilon() * std::abs(middle(row));
-        if (!(std::abs(seen - end) <= Scalar(1e-3) * std::abs(end) + slack)) return false;
+        const Scalar slack =
+            Scalar(64) * std::numeric_limits<Scalar>::epsilon() * (std::abs(end) + std::abs(middle(row)));
+        if (!(std::abs(seen - end) <= slack)) return false;
       }
     }
     return true;

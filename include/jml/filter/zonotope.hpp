@@ -20,9 +20,10 @@ class Zonotope {
   using State = Vector<Scalar, n>;
 
  public:
-  /// A sum of k rounded terms is within k/2 ε of their absolute sum; this is twice that and more, for the
-  /// terms' own products.
-  static constexpr Scalar rounding = Scalar(2 * (n + columns) + 8) * std::numeric_limits<Scalar>::epsilon();
+  /// A sum of k rounded terms is within k/2 ε of their absolute sum; this is four times that, for the terms'
+  /// own products and as many inputs as states. Every change leaves the axes at least `rounding` times the
+  /// columns' absolute sum above what the truth needs: what Tᵀh loses by cancellation is within that.
+  static constexpr Scalar rounding = Scalar(4 * (n + columns) + 16) * std::numeric_limits<Scalar>::epsilon();
 
   void reset(const Box<Scalar, n>& box) {
     centre_ = box.centre();
@@ -42,6 +43,8 @@ class Zonotope {
   template <int inputs>
   void map(const Matrix<Scalar, n, n>& A, const State& to, const Matrix<Scalar, n, inputs>& input,
            const State& error) {
+    static_assert(inputs <= 8 * (n + columns),
+                  "jml: more disturbances than the slack for rounding is made for");
     Matrix<Scalar, n, columns + n + inputs> all;
     const State size = A.cwiseAbs() * reach() + input.cwiseAbs().rowwise().sum();
     all.template leftCols<columns>().noalias() = A * columns_;

@@ -28,20 +28,6 @@ template <typename T, int n, typename D, typename At>
   }
 }
 
-/// w̄, q: the known part of the disturbance; zero where the model has none.
-template <typename T, int n, typename D, typename At>
-[[gnu::always_inline]] inline Vector<T, DynamicsTraits<D>::disturbances> disturbance_mean(
-    const D& d, const Vector<T, n>& x, const At& at) {
-  using Traits = DynamicsTraits<D>;
-  const auto given = [&d](const auto&... a) -> decltype(Traits::disturbance_mean(d, a...)) {
-    return Traits::disturbance_mean(d, a...);
-  };
-  if constexpr (detail::Callable<decltype(given), Vector<T, n>, At>)
-    return detail::call(given, x, at).template cast<T>();
-  else
-    return Vector<T, Traits::disturbances>::Zero();
-}
-
 /// b, p: |v| ≤ b by component.
 template <typename T, int n, typename S, typename At>
 [[gnu::always_inline]] inline Vector<T, measurements_of<S>> noise_bound(const S& s, const Vector<T, n>& x,
@@ -62,6 +48,42 @@ template <typename Scalar, int size>
   bool good = all_finite(bound);
   for (int i = 0; i < size; ++i) good &= bound(i) >= Scalar(0);
   return good;
+}
+
+namespace detail {
+
+/// A bound that was stated in double, not below that in a shorter scalar.
+template <typename Scalar, int size>
+[[nodiscard]] Vector<Scalar, size> rounded_up(Vector<Scalar, size> bound) {
+  if constexpr (!std::is_same_v<Scalar, double>) {
+    for (int i = 0; i < size; ++i) bound(i) = bound(i) == Scalar(0) ? bound(i) : above_any(bound(i));
+  }
+  return bound;
+}
+
+}  // namespace detail
+
+/// An enclosure of w̄ over a box, q: the known part of the disturbance; zero where the model has none.
+template <typename Scalar, int n, typename D, typename At>
+Vector<Interval<Scalar>, DynamicsTraits<D>::disturbances> disturbance_mean_over(
+    const D& d, const Vector<Interval<Scalar>, n>& box, const At& at) {
+  using Traits = DynamicsTraits<D>;
+  using Range = Interval<Scalar>;
+  const auto given = [&d](const auto&... a) -> decltype(Traits::disturbance_mean(d, a...)) {
+    return Traits::disturbance_mean(d, a...);
+  };
+  constexpr bool constant = requires { Traits::disturbance_mean(d); };
+  constexpr bool plain = requires { &D::disturbance_mean; };
+  static_assert(
+      constant || !plain,
+      "jml: bounded noise: the disturbance's mean reads the state: make disturbance_mean(x) a template "
+      "over the scalar, so that it can be enclosed over a box, or use jml::Linearised");
+  if constexpr (constant)
+    return given().template cast<Range>();
+  else if constexpr (!plain && detail::Callable<decltype(given), Vector<Range, n>, At>)
+    return detail::call(given, box, at).template cast<Range>();
+  else
+    return Vector<Range, Traits::disturbances>::Constant(Range(Scalar(0)));
 }
 
 /// An enclosure of G over a box, n×q.

@@ -60,8 +60,9 @@ Interval<B> power(const Interval<B>& a, B p) {
   const bool whole_number = std::trunc(p) == p, odd = whole_number && std::fmod(p, B(2)) != B(0);
   const Interval<B> inside = whole_number ? a : within(a, B(0), Float<B>::infinite);
   if (isnan(inside)) return inside;
-  // Library pows of some years lose hundreds of ulp beyond this exponent.
-  if (!(std::abs(p) < B(1 << 30)) || (p < B(0) && contains_zero(inside))) return Interval<B>::whole();
+  // Library pows of some years lose hundreds of ulp beyond 2^30; beyond 1/ε no number is odd.
+  constexpr B most = std::min(B(1 << 30), B(1) / std::numeric_limits<B>::epsilon());
+  if (!(std::abs(p) < most) || (p < B(0) && contains_zero(inside))) return Interval<B>::whole();
   const Interval<B> base = odd ? inside : Interval<B>(mig(inside), mag(inside));
   const Interval<B> out =
       p > B(0) ? through_zero(base, raised) : -increasing(base, [&](B x) { return -raised(x); });
