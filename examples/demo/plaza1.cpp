@@ -7,6 +7,7 @@
 // JML step couples the two; any further one with filter.update(); a row without ranges is filter.predict().
 // For the one-pass rules step() is predict() and update() in one.
 #include <cstdio>
+#include <jml/analysis/nees.hpp>
 #include <jml/jml.hpp>
 #include <string>
 
@@ -93,7 +94,7 @@ Result run(const std::string& name, const std::string& key, const Plaza& data, c
     const jml::Vector<double, 2> error = filter.x().template head<2>() - data.position(row);
     out.squared_error.add(error.squaredNorm());
     out.largest_error = std::max(out.largest_error, error.norm());
-    out.nees.add(demo::nees<2>(error, filter.P().template topLeftCorner<2, 2>()));
+    out.nees.add(jml::nees(error, filter.P().template topLeftCorner<2, 2>()));
     out.time.push_back(time - data.truth[0][0]);
     out.x.push_back(filter.x()(0));
     out.y.push_back(filter.x()(1));

@@ -5,6 +5,7 @@
 // 64 s too late; here they are put in order of time first, and the file's own order serves as a test of
 // robustness: two rows that hold some hundred ranges of other places each.
 #include <cstdio>
+#include <jml/analysis/nees.hpp>
 #include <jml/batch/batch.hpp>
 #include <jml/batch/excess_cost.hpp>
 #include <jml/filter/fixed_lag.hpp>
@@ -45,7 +46,7 @@ struct Result {
     const Position error = estimate.head<2>() - data.position(x.size());
     squared_error.add(error.squaredNorm());
     largest_error = std::max(largest_error, error.norm());
-    nees.add(demo::nees<2>(error, P.topLeftCorner<2, 2>()));
+    nees.add(jml::nees(error, P.topLeftCorner<2, 2>()));
     x.push_back(estimate);
   }
 };

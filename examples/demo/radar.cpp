@@ -4,6 +4,7 @@
 // The truth is drawn from the model that the filters use: start error from P_0, acceleration noise of 1 g,
 // range and angle noise. So the NEES of a consistent filter is 6 on average, and the EKF can be held to that.
 #include <cstdio>
+#include <jml/analysis/nees.hpp>
 #include <jml/jml.hpp>
 #include <jml/sim/noise.hpp>
 #include <models/radar.hpp>
@@ -79,7 +80,7 @@ Result run(const char* name, const char* key, const std::vector<Track>& tracks, 
       out.velocity.add(error.tail<3>().squaredNorm());
       out.position_at[i].add(error.head<3>().squaredNorm());
       out.velocity_at[i].add(error.tail<3>().squaredNorm());
-      out.nees.add(demo::nees<6>(error, filter.P()));
+      out.nees.add(jml::nees(error, filter.P()));
     }
   }
   return out;

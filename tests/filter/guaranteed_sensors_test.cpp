@@ -164,4 +164,48 @@ TEST(GuaranteedSensors, NoPrior) {
   check(models::BoundedBearing{});
 }
 
+/// y = east, with the chord in place of the difference: near zero almost right.
+struct Chord {
+  static constexpr int measurements = 1;
+  template <typename T>
+  jml::Vector<T, 1> measurement(const jml::Vector<T, 4>& x) const {
+    return jml::Vector<T, 1>(x(0));
+  }
+  Vector1 residual(const Vector1& y, const Vector1& predicted) const {
+    return Vector1(2 * std::sin((y(0) - predicted(0)) / 2));
+  }
+  Vector1 noise_bound() const { return Vector1(1e-6); }
+};
+TEST(GuaranteedSensors, ResidualThatIsNoDifferenceCutsNothingWrong) {
+  const Vector4 truth(0.13, 0, 0, 0), reach(0.14, 1, 1, 1);
+  BoundedNoise filter{Guaranteed{}, models::BoundedVehicle{}, Box<double, 4>{-reach, reach}};
+  EXPECT_EQ(filter.update(Chord{}, 0.13).status, Status::ok);
+  EXPECT_TRUE(filter.box().contains(truth));
+}
+
+/// x⁺ = x + gain w, w within a bound that float cannot hold.
+struct Float {
+  static constexpr int states = 1, disturbances = 1;
+  float gain;
+  double bound;
+  template <typename T>
+  jml::Vector<T, 1> dynamics(const jml::Vector<T, 1>& x) const {
+    return x;
+  }
+  jml::Matrix<float, 1, 1> disturbance_input() const { return jml::Matrix<float, 1, 1>(gain); }
+  Vector1 disturbance_bound() const { return Vector1(bound); }
+};
+TEST(GuaranteedSensors, BoundStatedInDoubleHoldsInFloat) {
+  jml::Noise noise(31);
+  const jml::Vector<float, 1> zero(0.0F);
+  for (int run = 0; run < 10'000; ++run) {
+    const auto gain = static_cast<float>(noise.uniform(0.1, 1));
+    const double bound = noise.uniform(0.1, 1);
+    BoundedNoise filter{Guaranteed{}, Float{gain, bound}, Box<float, 1>{zero, zero}};
+    ASSERT_EQ(filter.predict(), Status::ok);
+    ASSERT_GE(double{filter.box().upper(0)}, double{gain} * bound) << run;
+    ASSERT_LE(double{filter.box().lower(0)}, -double{gain} * bound) << run;
+  }
+}
+
 }  // namespace

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <jml/factors.hpp>
 #include <limits>
 #include <vector>
 
@@ -36,16 +35,6 @@ class Mean {
   double sum_ = 0, squares_ = 0;
   int count_ = 0, missing_ = 0;
 };
-
-/// eᵀ sym(P)⁻¹ e, the normalised estimation error squared; NaN where sym(P) is not positive definite, which
-/// the P of a nonsymmetric rule need not be.
-template <int n>
-double nees(const jml::Vector<double, n>& error, const jml::Matrix<double, n, n>& P) {
-  jml::kernel::SymmetricFactor<double, n> factor;
-  const jml::Matrix<double, n, n> symmetric_part = (P + P.transpose()) / 2;
-  if (!factor.factor(symmetric_part)) return std::numeric_limits<double>::quiet_NaN();
-  return factor.squared_norm(error);
-}
 
 /// NaN of none. An even number has two in the middle: their mean.
 inline double median(std::vector<double> values) {

@@ -23,6 +23,7 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
+#include <jml/analysis/nees.hpp>
 #include <jml/riccati/report.hpp>
 
 namespace jml {
@@ -56,24 +57,6 @@ inline ConfidenceInterval chi_square_interval(double degrees, double count, doub
 }
 
 }  // namespace detail
-
-/// eᵀ sym(P)⁻¹ e, the normalised estimation error squared: n degrees of freedom. NaN where sym(P) is not
-/// positive definite, which the P of a nonsymmetric rule need not be. Blocks and differences of Eigen will
-/// do: nees(truth - filter.x(), filter.P()).
-template <typename Error, typename Covariance>
-[[nodiscard]] typename Error::Scalar nees(const Eigen::MatrixBase<Error>& error,
-                                          const Eigen::MatrixBase<Covariance>& P) {
-  using Scalar = typename Error::Scalar;
-  constexpr int n = Error::RowsAtCompileTime;
-  static_assert(n > 0 && Error::ColsAtCompileTime == 1, "jml: the error is a vector of fixed size");
-  static_assert(Covariance::RowsAtCompileTime == n && Covariance::ColsAtCompileTime == n,
-                "jml: P has another size than the error");
-  const Matrix<Scalar, n, n> given = P;
-  const Matrix<Scalar, n, n> symmetric_part = (given + given.transpose()) / Scalar(2);
-  kernel::SymmetricFactor<Scalar, n> factor;
-  if (!factor.factor(symmetric_part)) return std::numeric_limits<Scalar>::quiet_NaN();
-  return factor.squared_norm(Vector<Scalar, n>(error));
-}
 
 /// Where the average of `samples` independent χ² values of `degrees` each lies with this probability, with
 /// equal tails: the quantiles of χ² with degrees · samples degrees, over samples.

@@ -3,6 +3,7 @@
 /// What a campaign (component jml::campaign) asks of an estimator, and how it reads the answers.
 #pragma once
 
+#include <jml/analysis/nees.hpp>
 #include <jml/filter/one_step_cost.hpp>
 #include <jml/sim/flight.hpp>
 #include <jml/sim/tally.hpp>
@@ -99,16 +100,6 @@ void read_report(const Report& report, CampaignRow<n>& row) {
     row.nis = static_cast<double>(report.nis());
   else if constexpr (requires { double(report.nis); })
     row.nis = static_cast<double>(report.nis);
-}
-
-/// eᵀ sym(P)⁻¹ e; NaN where sym(P) is not positive definite.
-template <int n, typename Scalar>
-double nees_of(const Vector<double, n>& error, const Matrix<Scalar, n, n>& P) {
-  const Matrix<double, n, n> wide = P.template cast<double>();
-  const Matrix<double, n, n> symmetric_part = (wide + wide.transpose()) / 2;
-  kernel::SymmetricFactor<double, n> factor;
-  if (!factor.factor(symmetric_part)) return std::numeric_limits<double>::quiet_NaN();
-  return factor.squared_norm(error);
 }
 
 }  // namespace detail

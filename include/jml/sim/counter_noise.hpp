@@ -12,13 +12,13 @@
 
 #include <cmath>
 #include <cstdint>
-#include <jml/factors.hpp>
+#include <jml/sim/distributions.hpp>
 
 namespace jml {
 
 /// Standard uniform and normal numbers of one run: jml::Noise's distributions, from Philox4x32-10.
 /// Draw one number a statement, as with jml::Noise.
-class CounterNoise {
+class CounterNoise : public Distributions<CounterNoise> {
  public:
   /// Different (seed, run) give independent streams. `draw`: the counter value to start from; a draw is two
   /// uniform numbers.
@@ -27,8 +27,7 @@ class CounterNoise {
 
   /// Uniform in (0, 1).
   double uniform() { return (static_cast<double>(next() >> 12) + 0.5) * 0x1p-52; }
-  /// Uniform in (low, high).
-  double uniform(double low, double high) { return low + (high - low) * uniform(); }
+  using Distributions<CounterNoise>::uniform;
 
   /// Normal, mean 0, variance 1; Box and Muller's pair, one after the other.
   double normal() {
@@ -41,20 +40,6 @@ class CounterNoise {
     spare_ = radius * std::sin(angle);
     has_spare_ = true;
     return radius * std::cos(angle);
-  }
-
-  /// n independent standard normals.
-  template <int n>
-  Vector<double, n> normal_vector() {
-    Vector<double, n> out;
-    for (int i = 0; i < n; ++i) out(i) = normal();
-    return out;
-  }
-
-  /// Normal with mean 0 and covariance `covariance`, n×n, symmetric positive semidefinite.
-  template <int n>
-  Vector<double, n> normal_vector(const Matrix<double, n, n>& covariance) {
-    return kernel::SemidefiniteFactor<double, n>(covariance).L * normal_vector<n>();
   }
 
  private:

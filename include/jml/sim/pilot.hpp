@@ -190,7 +190,7 @@ class Pilot {
     else
       row.scalar_error = row.error.norm();
     row.nees = std::numeric_limits<double>::quiet_NaN();
-    if constexpr (has_P || has_covariance) row.nees = nees_of(row.error, answer.P);
+    if constexpr (has_P || has_covariance) row.nees = nees(row.error, answer.P.template cast<double>());
     if constexpr (boxed) {
       row.box.lower = answer.box.lower.template cast<double>();
       row.box.upper = answer.box.upper.template cast<double>();
