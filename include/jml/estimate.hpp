@@ -3,7 +3,7 @@
 /// The pair that every filter carries from sample to sample.
 #pragma once
 
-#include <jml/linear_algebra.hpp>
+#include <jml/argument.hpp>
 
 namespace jml {
 
@@ -14,9 +14,17 @@ namespace jml {
 /// NOT a covariance.
 template <typename Scalar, int n>
 struct Estimate {
+  static_assert(n >= 0,
+                "jml: how many states an estimate has must be known at compile time: write "
+                "jml::Estimate<double, n>{x, P} where x or P have their size at run time");
   static constexpr int states = n;
   Vector<Scalar, n> x = Vector<Scalar, n>::Zero();
   Matrix<Scalar, n, n> P = Matrix<Scalar, n, n>::Zero();
+
+  Estimate() = default;
+  explicit Estimate(const Argument<Scalar, n>& state) : x(state) {}
+  Estimate(const Argument<Scalar, n>& state, const Argument<Scalar, n, n>& covariance)
+      : x(state), P(covariance) {}
 };
 
 template <typename Scalar, int n>

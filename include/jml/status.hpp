@@ -23,7 +23,7 @@ enum class Status : std::uint8_t {
   invalid_control,               ///< the control input is not finite
   invalid_state,                 ///< the prior state is not finite
   invalid_covariance,            ///< the prior P is not finite, not symmetric where it must be, or indefinite
-  invalid_measurement,           ///< y is not finite
+  invalid_measurement,           ///< y is not finite, or has not as many entries as the sensor says
   invalid_disturbance_covariance,  ///< Q is not finite, not symmetric or indefinite; or G is not finite
   invalid_noise_covariance,        ///< R is not finite, not symmetric or not positive definite
   dynamics_not_finite,             ///< f, its Jacobian or its SDC matrix gave a NaN or an infinity
@@ -31,7 +31,8 @@ enum class Status : std::uint8_t {
   singular_innovation,    ///< the innovation matrix S is singular to rounding, or not positive definite in a
                           ///< symmetric rule
   innovation_indefinite,  ///< a gate was asked for, but sym(S) is not positive definite: NIS is not defined
-  covariance_lost,        ///< the new P is not finite, or has a negative variance in a symmetric rule
+  covariance_lost,        ///< the new P is not finite; or, of a symmetric rule, a variance is negative; or a
+                          ///< correction took all of a variance that was not zero: rounding did, as R > 0
   not_converged,          ///< no root of the implicit step was found within the bounds
   not_a_trajectory,       ///< the criterion J is not defined for this sequence of states
   riccati_escape,    ///< P of a nonsymmetric rule grows beyond all bounds in finite time, or faster than this
@@ -94,7 +95,7 @@ enum class Solver : std::uint8_t {
     case Status::invalid_covariance:
       return "refused: the prior P is not finite, not symmetric or indefinite";
     case Status::invalid_measurement:
-      return "refused: the measurement is not finite";
+      return "refused: the measurement is not finite, or of the wrong size";
     case Status::invalid_disturbance_covariance:
       return "refused: Q is not finite, not symmetric or indefinite";
     case Status::invalid_noise_covariance:
@@ -108,7 +109,7 @@ enum class Solver : std::uint8_t {
     case Status::innovation_indefinite:
       return "refused: no gate is defined, the symmetric part of S is not positive definite";
     case Status::covariance_lost:
-      return "refused: the new P would not be a covariance";
+      return "refused: the new P would not be a covariance, its digits are lost";
     case Status::not_converged:
       return "refused: the implicit step did not converge";
     case Status::not_a_trajectory:

@@ -35,7 +35,7 @@ class Batch<D, Sensors<S...>, Scalar_> {
   static constexpr int states = Traits::states, disturbances = Traits::disturbances;
   using State = Vector<Scalar, states>;
   using Covariance = Matrix<Scalar, states, states>;
-  using Control = Vector<Scalar, Traits::controls>;
+  using Control = Argument<Scalar, Traits::controls>;
   using At = Instant<Scalar, Traits::controls>;
   using Report = BatchReport<Scalar>;
 
@@ -46,14 +46,14 @@ class Batch<D, Sensors<S...>, Scalar_> {
 
   /// Predict over dt, then measure y at its end; as Filter::step.
   template <typename Sensor>
-  [[nodiscard]] Status step(const Sensor& sensor, const Vector<Scalar, measurements_of<Sensor>>& y, Scalar dt,
+  [[nodiscard]] Status step(const Sensor& sensor, const Argument<Scalar, measurements_of<Sensor>>& y, Scalar dt,
                             const Control& control = Control::Zero()) {
     if (const Status status = store_.check(sensor, y); status != Status::ok) return status;
     if (const Status status = predict(dt, control); status != Status::ok) return status;
     return store_.append(sensor, y);
   }
   template <typename Sensor>
-  [[nodiscard]] Status step(const Sensor& sensor, const Vector<Scalar, measurements_of<Sensor>>& y) {
+  [[nodiscard]] Status step(const Sensor& sensor, const Argument<Scalar, measurements_of<Sensor>>& y) {
     static_assert(!Store::reads_instants,
                   "jml: this model reads time, dt or control: pass dt, step(sensor, y, dt)");
     return step(sensor, y, Scalar(0));
@@ -82,7 +82,7 @@ class Batch<D, Sensors<S...>, Scalar_> {
 
   /// A measurement of the present node; before any step, of x_0.
   template <typename Sensor>
-  [[nodiscard]] Status update(const Sensor& sensor, const Vector<Scalar, measurements_of<Sensor>>& y) {
+  [[nodiscard]] Status update(const Sensor& sensor, const Argument<Scalar, measurements_of<Sensor>>& y) {
     if (const Status status = store_.check(sensor, y); status != Status::ok) return status;
     return store_.append(sensor, y);
   }
@@ -93,7 +93,7 @@ class Batch<D, Sensors<S...>, Scalar_> {
   }
 
   /// Where to begin at the present node, for Start::given.
-  void guess(const State& x) { store_.node(store_.last()).x[store_.now()] = x; }
+  void guess(const Argument<Scalar, states>& x) { store_.node(store_.last()).x[store_.now()] = x; }
 
   BatchOptions options;
   Start start = Start::filter;

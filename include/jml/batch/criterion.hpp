@@ -66,7 +66,7 @@ class Criterion {
 
   /// Adds the measurement y of the present state.
   template <typename S>
-  Status measure(const S& sensor, const Vector<Scalar, measurements_of<S>>& y) {
+  Status measure(const S& sensor, const Argument<Scalar, measurements_of<S>>& y) {
     constexpr int p = measurements_of<S>;
     const At at{time_, 0, Vector<Scalar, Traits::controls>::Zero()};
     const Matrix<Scalar, p, p> R = noise_covariance(sensor, x_, at);

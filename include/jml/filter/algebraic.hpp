@@ -57,12 +57,12 @@ class AlgebraicFilter {
   static constexpr int states = Traits::states;
   using State = Vector<Scalar, states>;
   using Square = Matrix<Scalar, states, states>;
-  using Control = Vector<Scalar, Traits::controls>;
+  using Control = Argument<Scalar, Traits::controls>;
   using At = Instant<Scalar, Traits::controls>;
   template <typename S>
   using Report = AlgebraicReport<Scalar, states, measurements_of<S>>;
   template <typename S>
-  using Measurement = Vector<Scalar, measurements_of<S>>;
+  using Measurement = Argument<Scalar, measurements_of<S>>;
 
   /// A state that is not finite is refused by every step, until reset().
   AlgebraicFilter(Rule rule, D dynamics, const State& x, const AlgebraicOptions& options = {},

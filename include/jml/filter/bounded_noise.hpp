@@ -29,12 +29,12 @@ class BoundedNoise {
  public:
   static constexpr int states = Traits::states;
   using State = Vector<Scalar, states>;
-  using Control = Vector<Scalar, Traits::controls>;
+  using Control = Argument<Scalar, Traits::controls>;
   using At = Instant<Scalar, Traits::controls>;
   template <typename S>
   using Report = BoundedReport<Scalar, measurements_of<S>>;
   template <typename S>
-  using Measurement = Vector<Scalar, measurements_of<S>>;
+  using Measurement = Argument<Scalar, measurements_of<S>>;
 
   /// `initial`: a state without a bound is infinite on that side; it must be measured with update(), or no
   /// step is possible. A bad box does not throw: status() names it, and every step answers it until reset().

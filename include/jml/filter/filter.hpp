@@ -31,12 +31,12 @@ class Filter {
   static constexpr int states = Traits::states;
   using State = Vector<Scalar, states>;
   using Covariance = Matrix<Scalar, states, states>;
-  using Control = Vector<Scalar, Traits::controls>;
+  using Control = Argument<Scalar, Traits::controls>;
   using At = Instant<Scalar, Traits::controls>;
   template <typename S>
   using Report = StepReport<Scalar, states, measurements_of<S>>;
   template <typename S>
-  using Measurement = Vector<Scalar, measurements_of<S>>;
+  using Measurement = Argument<Scalar, measurements_of<S>>;
 
   /// `initial.P`: symmetric positive semidefinite; zero means x is known exactly. `time`: s, of `initial`.
   /// A bad one does not throw: status() names it, and every step answers it until reset() gives a good one.

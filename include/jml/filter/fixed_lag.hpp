@@ -54,12 +54,12 @@ class FixedLag {
   static constexpr int states = Traits::states;
   using State = Vector<Scalar, states>;
   using Covariance = Matrix<Scalar, states, states>;
-  using Control = Vector<Scalar, Traits::controls>;
+  using Control = Argument<Scalar, Traits::controls>;
   using At = Instant<Scalar, Traits::controls>;
   template <typename S>
   using Report = LagReport<Scalar, measurements_of<S>>;
   template <typename S>
-  using Measurement = Vector<Scalar, measurements_of<S>>;
+  using Measurement = Argument<Scalar, measurements_of<S>>;
 
   /// As Filter's. `List`: jml::sensors<…>, the types of all sensors.
   FixedLag(Window, D dynamics, List, const Estimate<Scalar, states>& initial, double time = 0)

@@ -98,7 +98,8 @@ void joint_step_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>
     if (!judge(gate, report)) return answer(Status::innovation_indefinite);
     if (report.gate == Verdict::rejected) {
       report.status = predict_into(rule.inner, d, process_noise, prior, at, x, P);
-      if (report.status == Status::ok && !(all_finite(x) && all_finite(P))) report.status = blame(prior);
+      if (report.status == Status::ok && !(all_finite(x) && is_sound<Inner::symmetric>(P)))
+        report.status = blame(prior, x, P);
       return;
     }
 
@@ -138,7 +139,7 @@ void joint_step_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>
     if (!regular) return answer(all_finite(S_root) ? Status::singular_innovation : Status::sensor_not_finite);
     kernel::assign(x, Step::next(root.z));
     kernel::assign(report.smoothed, Step::smoothed(root.z));
-    if (!is_sound<Inner::symmetric>(P) || !all_finite(x)) return answer(Status::covariance_lost);
+    if (!is_sound<Inner::symmetric>(N, P) || !all_finite(x)) return answer(Status::covariance_lost);
     report.status = root.status;
   });
   if (!noise_valid) return answer(Status::invalid_disturbance_covariance);

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <concepts>
+#include <jml/argument.hpp>
 #include <jml/model/concepts.hpp>
 
 namespace jml {
@@ -13,7 +14,7 @@ namespace jml {
 /// right-hand side then has a kink at the samples and no jump: CVODE goes on without a restart.
 template <typename Scalar, int p>
 struct Line {
-  Line(const Vector<Scalar, p>& start, const Vector<Scalar, p>& end) : from(start), to(end) {}
+  Line(const Argument<Scalar, p>& start, const Argument<Scalar, p>& end) : from(start), to(end) {}
   Line(Scalar start, Scalar end)
     requires(p == 1)
       : from(Vector<Scalar, p>::Constant(start)), to(Vector<Scalar, p>::Constant(end)) {}
@@ -56,7 +57,7 @@ Vector<Scalar, p> as_measurement(const Y& y) {
         requires { Vector<Scalar, p>(y); },
         "jml: a measurement is a jml::Vector of p, a number where p = 1, and for a sensor that measures all "
         "the time also a jml::Line or a function from the time to a jml::Vector of p");
-    return y;
+    return Argument<Scalar, p>(y);
   }
 }
 
@@ -79,7 +80,10 @@ template <int p, typename Scalar, typename S, typename Y, typename Use, typename
 [[gnu::always_inline]] inline void with_signal(const S& sensor, const Y& y, double start, double length,
                                                const Use& use, const Refuse& refuse) {
   if constexpr (std::is_invocable_v<const Y&, double> && !requires { Y::RowsAtCompileTime; }) {
-    use(y);
+    if constexpr (std::is_same_v<std::remove_cvref_t<std::invoke_result_t<const Y&, double>>, Vector<Scalar, p>>)
+      use(y);
+    else
+      use([&y](double time) { return as_measurement<p, Scalar>(y(time)); });
   } else if constexpr (requires { y.from; }) {
     if (!all_finite(y.from) || !all_finite(y.to)) return refuse();
     const Vector<Scalar, p> change = measurement_residual(sensor, y.to, y.from);

@@ -3,7 +3,7 @@
 /// A box: a lower and an upper bound for each state.
 #pragma once
 
-#include <jml/linear_algebra.hpp>
+#include <jml/argument.hpp>
 #include <limits>
 
 namespace jml {
@@ -11,8 +11,14 @@ namespace jml {
 /// lower ≤ x ≤ upper by component, n, in the units of the model. An infinite bound: nothing is known there.
 template <typename Scalar, int n>
 struct Box {
+  static_assert(n >= 0,
+                "jml: how many states a box has must be known at compile time: write "
+                "jml::Box<double, n>{lower, upper} where the bounds have their size at run time");
   Vector<Scalar, n> lower = Vector<Scalar, n>::Constant(-std::numeric_limits<Scalar>::infinity());
   Vector<Scalar, n> upper = Vector<Scalar, n>::Constant(std::numeric_limits<Scalar>::infinity());
+
+  Box() = default;
+  Box(const Argument<Scalar, n>& least, const Argument<Scalar, n>& greatest) : lower(least), upper(greatest) {}
 
   /// NaN where a bound is missing.
   [[nodiscard]] Vector<Scalar, n> centre() const { return Scalar(0.5) * (lower + upper); }

@@ -31,6 +31,11 @@ class Discretized {
   using Traits = DynamicsTraits<Continuous>;
   static constexpr int n = Traits::states, q = Traits::disturbances;
   static constexpr bool van_loan = std::is_same_v<NoiseModel, VanLoan>;
+  static_assert(std::is_same_v<Integrator, Euler> || std::is_same_v<Integrator, RungeKutta4>,
+                "jml: discretize<Integrator> makes a step of jml::Euler or jml::RungeKutta4, and of no other "
+                "integrator; for DavisonMaki or Cvode keep the model continuous and take jml::ContinuousFilter");
+  static_assert(van_loan || std::is_same_v<NoiseModel, HeldNoise>,
+                "jml: discretize<Integrator, NoiseModel> takes jml::VanLoan (the default) or jml::HeldNoise");
 
   // Which derivatives the continuous model can give, for a state of scalar T.
   template <typename T, typename S>
@@ -169,7 +174,8 @@ class Discretized {
 };
 
 /// Discrete dynamics from continuous ones: `jml::discretize<jml::RungeKutta4>(model)`. dt is given at each
-/// step.
+/// step. Integrator: Euler or RungeKutta4 (one step of it), NoiseModel: VanLoan or HeldNoise; any other type
+/// is a compile-time error.
 template <typename Integrator, typename NoiseModel = VanLoan, ContinuousDynamics Continuous>
 [[nodiscard]] Discretized<Continuous, Integrator, NoiseModel> discretize(const Continuous& model) {
   return Discretized<Continuous, Integrator, NoiseModel>(model);

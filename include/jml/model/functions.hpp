@@ -64,8 +64,7 @@ Matrix<T, n, n> dynamics_sdc(const D& d, const Vector<T, n>& x, const Vector<T, 
   } else {
     const Vector<T, n> here = dynamics(d, x, at), there = dynamics(d, reference, at);
     return derive_sdc<n>([&](const Vector<T, n>& z) { return dynamics_jacobian(d, z, at); },
-                         Vector<T, n>(here - there), Vector<T, n>(here.cwiseAbs() + there.cwiseAbs()), x,
-                         reference);
+                         Vector<T, n>(here - there), detail::sizes(here, there), x, reference);
   }
 }
 
@@ -201,6 +200,12 @@ template <typename T, int p, typename S>
       !requires { &S::residual; } || requires { SensorTraits<S>::residual(s, y, predicted); },
       "jml: residual exists but does not accept (y, predicted): check its arguments and const");
   if constexpr (requires { SensorTraits<S>::residual(s, y, predicted); }) {
+    using Value = std::remove_cvref_t<decltype(SensorTraits<S>::residual(s, y, predicted))>;
+    static_assert(
+        std::is_base_of_v<Eigen::PlainObjectBase<Value>, Value>,
+        "jml: residual must return a jml::Vector<T, measurements>, not auto of an Eigen expression");
+    static_assert(int(Value::RowsAtCompileTime) == p && int(Value::ColsAtCompileTime) == 1,
+                  "jml: residual returns a vector of the wrong size: it has as many entries as y");
     return SensorTraits<S>::residual(s, y, predicted);
   } else {
     return y - predicted;
@@ -229,8 +234,7 @@ Matrix<T, measurements_of<S>, n> measurement_sdc(const S& s, const Vector<T, n>&
     constexpr int p = measurements_of<S>;
     const Vector<T, p> here = measurement(s, x, at), there = measurement(s, reference, at);
     return derive_sdc<p>([&](const Vector<T, n>& z) { return measurement_jacobian(s, z, at); },
-                         measurement_residual(s, here, there),
-                         Vector<T, p>(here.cwiseAbs() + there.cwiseAbs()), x, reference);
+                         measurement_residual(s, here, there), detail::sizes(here, there), x, reference);
   }
 }
 

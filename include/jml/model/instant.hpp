@@ -3,7 +3,7 @@
 /// When, and under which control: the optional second argument of every model function.
 #pragma once
 
-#include <jml/linear_algebra.hpp>
+#include <jml/argument.hpp>
 
 namespace jml {
 
@@ -15,7 +15,7 @@ template <typename Scalar, int controls = 0>
 struct Instant {
   double time = 0;  // always double: a float clock loses 8 ms after a day
   Scalar dt = 0;
-  Vector<Scalar, controls> control = Vector<Scalar, controls>::Zero();
+  Argument<Scalar, controls> control = Vector<Scalar, controls>::Zero();
 };
 
 }  // namespace jml

@@ -10,7 +10,9 @@
 #include <array>
 #include <cmath>
 #include <jml/linear_algebra.hpp>
+#include <jml/model/dual.hpp>
 #include <limits>
+#include <type_traits>
 
 namespace jml {
 
@@ -43,27 +45,55 @@ inline constexpr std::array<Node, 8> gauss_legendre{{{0.01985507175123188, 0.050
 }  // namespace detail
 
 /// F(x; reference), rows×n. `jacobian(x)` gives rows×n; `change` is f(x) - f(reference), rows, and `size` the
-/// size of the two numbers it is the difference of.
-template <int rows, typename Scalar, int n, typename Jacobian>
+/// size of the two numbers it is the difference of. Scalar may be a dual number: then the result carries the
+/// derivative of F, and that at x = reference too.
+template <int rows, typename Scalar, typename Plain, int n, typename Jacobian>
 Matrix<Scalar, rows, n> derive_sdc(const Jacobian& jacobian, const Vector<Scalar, rows>& change,
-                                   const Vector<Scalar, rows>& size, const Vector<Scalar, n>& x,
+                                   const Vector<Plain, rows>& size, const Vector<Scalar, n>& x,
                                    const Vector<Scalar, n>& reference) {
-  const Vector<Scalar, n> d = x - reference;
-  const Scalar squared = d.squaredNorm();
-  if (!(squared > Scalar(0))) return jacobian(x);
-  Matrix<Scalar, rows, n> out = Matrix<Scalar, rows, n>::Zero();
-  for (const auto& node : detail::gauss_legendre) {
-    const Vector<Scalar, n> between = reference + Scalar(node.position) * d;
-    out += Scalar(node.weight) * jacobian(between);
+  constexpr bool plain = std::is_same_v<Scalar, Plain>;
+  Vector<Scalar, n> d;
+  Scalar squared(0);
+  for (int j = 0; j < n; ++j) {
+    d(j) = x(j) - reference(j);
+    squared += d(j) * d(j);
   }
-  const Vector<Scalar, rows> remainder = change - out * d;
-  for (int i = 0; i < rows;
-       ++i) {  // below rounding of its terms it would only carry noise, amplified by 1/|d|
-    const Scalar rounding = Scalar(4) * std::numeric_limits<Scalar>::epsilon() *
-                            (size(i) + out.row(i).transpose().cwiseAbs().dot(d.cwiseAbs()));
-    if (!(std::abs(remainder(i)) <= rounding)) out.row(i) += (remainder(i) / squared) * d.transpose();
+  const bool apart = plain_value(squared) > Plain(0);
+  if (plain && !apart) return jacobian(x);
+  Matrix<Scalar, rows, n> out;
+  for (int j = 0; j < rows * n; ++j) out.data()[j] = Scalar(0);
+  for (const auto& node : detail::gauss_legendre) {
+    Vector<Scalar, n> between;
+    for (int j = 0; j < n; ++j) between(j) = reference(j) + Plain(node.position) * d(j);
+    const Matrix<Scalar, rows, n> slope = jacobian(between);
+    for (int j = 0; j < rows * n; ++j) out.data()[j] += Plain(node.weight) * slope.data()[j];
+  }
+  if (!apart) return out;
+  for (int i = 0; i < rows; ++i) {
+    Scalar remainder = change(i);
+    Plain terms = size(i);
+    for (int j = 0; j < n; ++j) {
+      remainder -= out(i, j) * d(j);
+      terms += std::abs(plain_value(out(i, j))) * std::abs(plain_value(d(j)));
+    }
+    // Below the rounding of its terms it would only carry noise, amplified by 1/|d|.
+    const Plain rounding = Plain(4) * std::numeric_limits<Plain>::epsilon() * terms;
+    if (std::abs(plain_value(remainder)) <= rounding) continue;
+    const Scalar factor = remainder / squared;
+    for (int j = 0; j < n; ++j) out(i, j) += factor * d(j);
   }
   return out;
 }
+
+namespace detail {
+/// |a| + |b| without derivatives, by component: what the rounding of a - b is measured against.
+template <typename Scalar, int rows>
+auto sizes(const Vector<Scalar, rows>& a, const Vector<Scalar, rows>& b) {
+  using Plain = decltype(plain_value(Scalar()));
+  Vector<Plain, rows> out;
+  for (int i = 0; i < rows; ++i) out(i) = std::abs(plain_value(a(i))) + std::abs(plain_value(b(i)));
+  return out;
+}
+}  // namespace detail
 
 }  // namespace jml

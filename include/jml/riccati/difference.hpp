@@ -76,7 +76,8 @@ template <bool symmetric, typename Scalar, int n, int p>
   return true;
 }
 
-/// P is finite and, in a symmetric rule, has no negative variance.
+/// A prediction's P is finite and, in a symmetric rule, has no negative variance. (A zero is right where the
+/// dynamics forget a state.)
 template <bool symmetric, typename Scalar, int n>
 [[gnu::always_inline]] inline bool is_sound(const Matrix<Scalar, n, n>& P) {
   if constexpr (symmetric) {
@@ -85,6 +86,29 @@ template <bool symmetric, typename Scalar, int n>
     if (!positive) return false;
   }
   return all_finite(P);
+}
+
+/// A variance of P⁺ that is zero was zero before: with R > 0 a measurement leaves something of every other.
+/// Asked where some variance is not positive, out of the way of the rest.
+template <bool symmetric, typename Scalar, int n>
+[[gnu::noinline]] bool zeros_were_zeros(const Matrix<Scalar, n, n>& N, const Matrix<Scalar, n, n>& P) {
+  for (int i = 0; i < n; ++i) {
+    if (symmetric && !(P(i, i) >= Scalar(0))) return false;
+    if (P(i, i) == Scalar(0) && N(i, i) != Scalar(0)) return false;
+  }
+  return true;
+}
+
+/// P⁺ of a correction of N is finite and has lost no variance: N - K E N cancels where N is much larger than R,
+/// and a zero left there would shut the filter against all later measurements. In a nonsymmetric rule, whose
+/// diagonal may have either sign, only an exact zero tells.
+template <bool symmetric, typename Scalar, int n>
+[[gnu::always_inline]] inline bool is_sound(const Matrix<Scalar, n, n>& N, const Matrix<Scalar, n, n>& P) {
+  bool clear = true;
+  kernel::repeat<n>([&](int i) __attribute__((always_inline)) {
+    clear &= symmetric ? P(i, i) > Scalar(0) : P(i, i) != Scalar(0);
+  });
+  return (clear || zeros_were_zeros<symmetric>(N, P)) && all_finite(P);
 }
 
 template <typename Rule, bool linear>
@@ -124,11 +148,13 @@ template <typename Rule, typename D, typename Scalar, int n, typename At>
   return valid ? Status::ok : Status::invalid_disturbance_covariance;
 }
 
-/// Why a prediction is not finite.
+/// Why a prediction from `prior` to x, N is not one.
 template <typename Scalar, int n>
-[[gnu::noinline]] Status blame(const Estimate<Scalar, n>& prior) {
+[[gnu::noinline]] Status blame(const Estimate<Scalar, n>& prior, const Vector<Scalar, n>& x,
+                               const Matrix<Scalar, n, n>& N) {
   if (!all_finite(prior.x)) return Status::invalid_state;
-  return all_finite(prior.P) ? Status::dynamics_not_finite : Status::invalid_covariance;
+  if (!all_finite(prior.P)) return Status::invalid_covariance;
+  return all_finite(x) && all_finite(N) ? Status::covariance_lost : Status::dynamics_not_finite;
 }
 
 /// Why a correction failed, in the order in which its inputs came.
@@ -180,6 +206,7 @@ template <typename Rule, typename S, typename Scalar, int n, int p, typename At>
     }
     if (!judge(gate, report)) return answer(Status::innovation_indefinite);
     if (report.gate == Verdict::rejected) {
+      if (!is_sound<Rule::symmetric>(N)) return answer(Status::covariance_lost);
       kernel::assign(x, prediction);
       kernel::assign(P, N);
       return;
@@ -188,7 +215,8 @@ template <typename Rule, typename S, typename Scalar, int n, int p, typename At>
   if constexpr (requires { rule.keep_correction(slot_d, S_matrix, innovation, gain); })
     rule.keep_correction(slot_d, S_matrix, innovation, gain);
   kernel::add_product<1>(prediction, gain, innovation, x);
-  if (!(is_sound<Rule::symmetric>(P) && all_finite(x))) answer(blame(prediction, N, y, slot_d, report, true));
+  if (!(is_sound<Rule::symmetric>(N, P) && all_finite(x)))
+    answer(blame(prediction, N, y, slot_d, report, true));
 }
 
 }  // namespace detail
@@ -205,7 +233,8 @@ template <typename Rule, typename Scalar, int n>
 }
 
 /// Propagates an estimate over a step: x̄ = f(x̂) + G w̄, N = A P Bᵀ + G Q Gᵀ.
-/// Refuses a bad Instant, a prior or a model that is not finite, a varying Q that is no covariance. That P is
+/// Refuses a bad Instant, a prior or a model that is not finite, a varying Q that is no covariance, an N with a
+/// negative variance (symmetric rules). That P is
 /// a covariance is trusted here: check_estimate asks it once.
 template <OnePassRule Rule, typename D, typename Scalar, int n>
 [[nodiscard]] PredictResult<Scalar, n> predict(
@@ -217,9 +246,9 @@ template <OnePassRule Rule, typename D, typename Scalar, int n>
   static_assert(states_of<D> == n, "jml: the estimate has not as many states as the dynamics");
   PredictResult<Scalar, n> out;
   out.status = detail::predict_into(rule, d, process_noise, prior, at, out.estimate.x, out.estimate.P);
-  if (out.status == Status::ok &&
-      !(all_finite(out.estimate.x) && all_finite(out.estimate.P) && all_finite(prior.x))) {
-    out.status = detail::blame(prior);
+  if (out.status == Status::ok && !(all_finite(out.estimate.x) && all_finite(prior.x) &&
+                                    detail::is_sound<Rule::symmetric>(out.estimate.P))) {
+    out.status = detail::blame(prior, out.estimate.x, out.estimate.P);
   }
   if (out.status != Status::ok) out.estimate = prior;
   return out;
@@ -233,7 +262,8 @@ template <OnePassRule Rule, typename D, typename Scalar, int n>
 }
 
 /// Corrects an estimate with a measurement of the same instant: x⁺ = x̄ + K (y - m(x̄)), P⁺ = N - K E N.
-/// `at`: the time of the sample. Refuses y, R, gate or a sensor model that is not sound, and a singular S.
+/// `at`: the time of the sample. Refuses y, R, gate or a sensor model that is not sound, a singular S, and
+/// a P⁺ that has lost a variance to rounding (covariance_lost: where P is 1/ε times R and more).
 template <OnePassRule Rule, typename S, typename Scalar, int n, int controls = 0>
 [[nodiscard]] StepResult<Scalar, n, measurements_of<S>> update(const Rule& rule, const S& s,
                                                                const Estimate<Scalar, n>& prior,
@@ -268,7 +298,7 @@ template <OnePassRule Rule, typename D, typename S, typename Scalar, int n, int 
   if (report.status != Status::ok) return;
   detail::update_into(rule, s, prediction, N, y, detail::at_sample(at), gate, report, x, P);
   if (report.status == Status::invalid_covariance || report.status == Status::invalid_state)
-    report.status = detail::blame(prior);
+    report.status = detail::blame(prior, prediction, N);
 }
 
 /// One whole step, eq. (14), (16) or (17): predict over at.dt, then correct with y of its end.

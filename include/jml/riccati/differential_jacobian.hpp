@@ -36,6 +36,42 @@ constexpr bool accepts_duals() {
          (!Callable<Sdc, Vector<Scalar, n>, At> || Generic<Sdc, Vector<T, n>, At>);
 }
 
+/// True where the model has no function of two vectors of this name, or one that accepts dual numbers too: a
+/// SDC matrix about a reference of its own, or a sensor's residual, which a derived SDC matrix goes through.
+template <typename Function, typename X, typename DualX, typename At>
+constexpr bool pair_accepts_duals() {
+  const auto answers_in = []<typename V, typename... A>(std::type_identity<V>, std::type_identity<A>...) {
+    return std::is_same_v<typename std::remove_cvref_t<std::invoke_result_t<Function, V, V, A...>>::Scalar,
+                          typename V::Scalar>;
+  };
+  constexpr std::type_identity<DualX> duals;
+  constexpr std::type_identity<At> at;
+  if constexpr (std::is_invocable_v<Function, X, X, At>)
+    return answers_in(duals, at);
+  else if constexpr (std::is_invocable_v<Function, X, X>)
+    return answers_in(duals);
+  else
+    return true;
+}
+template <typename D>
+constexpr auto sdc_about_of(const D& d) {
+  return [&d](const auto&... a) -> decltype(DynamicsTraits<D>::sdc_about(d, a...)) {
+    return DynamicsTraits<D>::sdc_about(d, a...);
+  };
+}
+template <typename S>
+constexpr auto sensor_sdc_about_of(const S& s) {
+  return [&s](const auto&... a) -> decltype(SensorTraits<S>::sdc_about(s, a...)) {
+    return SensorTraits<S>::sdc_about(s, a...);
+  };
+}
+template <typename S>
+constexpr auto residual_of(const S& s) {
+  return [&s](const auto&... a) -> decltype(SensorTraits<S>::residual(s, a...)) {
+    return SensorTraits<S>::residual(s, a...);
+  };
+}
+
 }  // namespace detail
 
 /// True where every slot of the flow can be differentiated by dual numbers.
@@ -44,15 +80,24 @@ constexpr bool differentiable() {
   using D = std::remove_cvref_t<decltype(std::declval<Flow>().dynamics())>;
   using S = std::remove_cvref_t<decltype(std::declval<Flow>().sensor())>;
   using Scalar = typename Flow::Scalar;
+  using At = typename Flow::At;
+  using X = typename Flow::X;
+  using DualX = Vector<Dual<Scalar, Flow::n>, Flow::n>;
   bool all = detail::accepts_duals<decltype(detail::dynamics_of(std::declval<const D&>())),
                                    decltype(detail::jacobian_of(std::declval<const D&>())),
                                    decltype(detail::sdc_of(std::declval<const D&>())), Scalar, Flow::n,
-                                   typename Flow::At>();
+                                   At>() &&
+             detail::pair_accepts_duals<decltype(detail::sdc_about_of(std::declval<const D&>())), X, DualX, At>();
   if constexpr (Flow::measured) {
+    using Y = Vector<Scalar, Flow::p>;
+    using DualY = Vector<Dual<Scalar, Flow::n>, Flow::p>;
     all = all && detail::accepts_duals<decltype(detail::measurement_of(std::declval<const S&>())),
                                        decltype(detail::sensor_jacobian_of(std::declval<const S&>())),
                                        decltype(detail::sensor_sdc_of(std::declval<const S&>())), Scalar,
-                                       Flow::n, typename Flow::At>();
+                                       Flow::n, At>() &&
+          detail::pair_accepts_duals<decltype(detail::sensor_sdc_about_of(std::declval<const S&>())), X,
+                                     DualX, At>() &&
+          detail::pair_accepts_duals<decltype(detail::residual_of(std::declval<const S&>())), Y, DualY, At>();
   }
   return all;
 }
