@@ -19,6 +19,7 @@ class Argument : public Matrix<Scalar, rows, cols> {
 
  public:
   using Value::Value;
+  Argument() = default;
   [[gnu::always_inline]] Argument(const Value& value) : Value(value) {}  // NOLINT: a value is an argument
   template <typename Other>
   [[gnu::always_inline]] Argument(const Eigen::EigenBase<Other>& other)  // NOLINT: so is an expression
@@ -27,7 +28,7 @@ class Argument : public Matrix<Scalar, rows, cols> {
  private:
   template <typename Other>
   [[gnu::always_inline]] static Value of_this_size(const Other& other) {
-    if constexpr (int(Other::SizeAtCompileTime) == Eigen::Dynamic) {
+    if constexpr (!kernel::fixed<int(Other::RowsAtCompileTime), int(Other::ColsAtCompileTime)>) {
       const bool vectors = rows == 1 || cols == 1;  // a row serves as a column, as ever in Eigen
       if (vectors ? other.size() != rows * cols || (other.rows() != 1 && other.cols() != 1)
                   : other.rows() != rows || other.cols() != cols) {

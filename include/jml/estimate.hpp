@@ -18,8 +18,8 @@ struct Estimate {
                 "jml: how many states an estimate has must be known at compile time: write "
                 "jml::Estimate<double, n>{x, P} where x or P have their size at run time");
   static constexpr int states = n;
-  Vector<Scalar, n> x = Vector<Scalar, n>::Zero();
-  Matrix<Scalar, n, n> P = Matrix<Scalar, n, n>::Zero();
+  Vector<Scalar, n> x = kernel::zeros<Vector<Scalar, n>>();
+  Matrix<Scalar, n, n> P = kernel::zeros<Matrix<Scalar, n, n>>();
 
   Estimate() = default;
   explicit Estimate(const Argument<Scalar, n>& state) : x(state) {}

@@ -125,13 +125,17 @@ struct SymmetricFactor {
   void right_solve_columns(const Matrix<Scalar, n, p>& w, Matrix<Scalar, n, p>& v,
                            Matrix<Scalar, n, p>& scaled, Matrix<Scalar, n, p>& gain) const {
     for (int j = 0; j < p; ++j) {
-      v.col(j) = w.col(j);
-      for (int k = 0; k < j; ++k) v.col(j) -= v.col(k) * lower(j, k);
-      scaled.col(j) = v.col(j) * inverse_diagonal(j);
+      for (int i = 0; i < n; ++i) v(i, j) = w(i, j);
+      for (int k = 0; k < j; ++k) {
+        for (int i = 0; i < n; ++i) v(i, j) -= v(i, k) * lower(j, k);
+      }
+      for (int i = 0; i < n; ++i) scaled(i, j) = v(i, j) * inverse_diagonal(j);
     }
     for (int j = p - 1; j >= 0; --j) {
-      gain.col(j) = scaled.col(j);
-      for (int k = j + 1; k < p; ++k) gain.col(j) -= gain.col(k) * lower(k, j);
+      for (int i = 0; i < n; ++i) gain(i, j) = scaled(i, j);
+      for (int k = j + 1; k < p; ++k) {
+        for (int i = 0; i < n; ++i) gain(i, j) -= gain(i, k) * lower(k, j);
+      }
     }
   }
 };
@@ -154,7 +158,7 @@ struct GeneralFactor {
       const Scalar size = std::abs(s(0, 0));
       return size > slack * scale(0) && size <= std::numeric_limits<Scalar>::max();
     }
-    lu = s;
+    assign(lu, s);
     for (int j = 0; j < p; ++j) order[j] = j;
     bool regular = true;
     for (int k = 0; k < p; ++k) {
@@ -163,7 +167,7 @@ struct GeneralFactor {
         if (std::abs(lu(k, j)) * scale(order[best]) > std::abs(lu(k, best)) * scale(order[j])) best = j;
       }
       if (best != k) {
-        lu.col(k).swap(lu.col(best));
+        swap_columns(lu, k, best);
         std::swap(order[k], order[best]);
       }
       const Scalar pivot = lu(k, k);
@@ -187,12 +191,16 @@ struct GeneralFactor {
       return;
     }
     for (int j = 0; j < p; ++j) {
-      gain.col(j) = w.col(order[j]);
-      for (int k = 0; k < j; ++k) gain.col(j) -= gain.col(k) * lu(k, j);
-      gain.col(j) *= inverse_diagonal(j);
+      for (int i = 0; i < n; ++i) gain(i, j) = w(i, order[j]);
+      for (int k = 0; k < j; ++k) {
+        for (int i = 0; i < n; ++i) gain(i, j) -= gain(i, k) * lu(k, j);
+      }
+      for (int i = 0; i < n; ++i) gain(i, j) *= inverse_diagonal(j);
     }
     for (int j = p - 1; j >= 0; --j) {
-      for (int k = j + 1; k < p; ++k) gain.col(j) -= gain.col(k) * lu(k, j);
+      for (int k = j + 1; k < p; ++k) {
+        for (int i = 0; i < n; ++i) gain(i, j) -= gain(i, k) * lu(k, j);
+      }
     }
   }
 
@@ -215,7 +223,7 @@ struct GeneralFactor {
 /// a = L Lᵀ of a symmetric positive semidefinite n×n matrix (lower triangle read), of any rank.
 template <typename Scalar, int n>
 struct SemidefiniteFactor {
-  Matrix<Scalar, n, n> L = Matrix<Scalar, n, n>::Zero();  // columns in pivot order; zero beyond the rank
+  Matrix<Scalar, n, n> L = kernel::zeros<Matrix<Scalar, n, n>>();  // columns in pivot order; zero beyond the rank
   int pivot[n];
   int rank = 0;
 
@@ -224,7 +232,7 @@ struct SemidefiniteFactor {
   /// matter.
   explicit SemidefiniteFactor(const Matrix<Scalar, n, n>& a) {
     constexpr Scalar slack = Scalar(4 * n) * std::numeric_limits<Scalar>::epsilon();
-    Vector<Scalar, n> left = a.diagonal();
+    Vector<Scalar, n> left = diagonal(a);
     for (int k = 0; k < n; ++k) {
       int best = -1;
       Scalar largest = slack;  // of what is left of a diagonal entry, relative to the entry
@@ -249,10 +257,10 @@ struct SemidefiniteFactor {
 
   /// c with L c = b, for a b in the range of a; zero beyond the rank.
   [[nodiscard]] Vector<Scalar, n> coordinates(const Vector<Scalar, n>& b) const {
-    Vector<Scalar, n> left = b, out = Vector<Scalar, n>::Zero();
+    Vector<Scalar, n> left = b, out = kernel::zeros<Vector<Scalar, n>>();
     for (int k = 0; k < rank; ++k) {
       out(k) = left(pivot[k]) / L(pivot[k], k);
-      left -= out(k) * L.col(k);
+      for (int i = 0; i < n; ++i) left(i) -= out(k) * L(i, k);
     }
     return out;
   }
@@ -265,10 +273,12 @@ struct SemidefiniteFactor {
     out = 0;
     for (int k = 0; k < rank; ++k) {
       const Scalar c = left(pivot[k]) / L(pivot[k], k);
-      left -= c * L.col(k);
+      for (int i = 0; i < n; ++i) left(i) -= c * L(i, k);
       out += c * c;
     }
-    return (left.cwiseAbs().array() <= slack.array()).all();
+    bool within = true;
+    for (int i = 0; i < n; ++i) within &= std::abs(left(i)) <= slack(i);
+    return within;
   }
 };
 

@@ -74,16 +74,6 @@ template <int rows, int inner, int first, int sign, bool from_zero, typename Sca
   }
 }
 
-/// aᵀ as a matrix of its own, for a product that wants it as its left factor.
-template <typename Scalar, int rows, int cols>
-inline Matrix<Scalar, cols, rows> transposed(const Matrix<Scalar, rows, cols>& a) {
-  Matrix<Scalar, cols, rows> out;
-  for (int j = 0; j < cols; ++j) {
-    for (int i = 0; i < rows; ++i) out(j, i) = a(i, j);
-  }
-  return out;
-}
-
 /// out = a b.
 template <typename Scalar, int rows, int inner, int cols>
 [[gnu::always_inline]] inline void product(const Matrix<Scalar, rows, inner>& a,

@@ -1,78 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Fixed-size vectors and matrices (Eigen's), and the few questions the estimators ask of them.
+/// The few questions the estimators ask of fixed-size matrices: finite, symmetric, definite, a covariance.
 #pragma once
 
-#include <Eigen/Core>
 #include <cmath>
+#include <jml/matrix.hpp>
 #include <limits>
-#include <type_traits>
-#include <utility>
-
-#ifdef __FAST_MATH__
-#error "jml: -ffast-math removes the checks for NaN; compile without it"
-#endif
 
 namespace jml {
 
-template <typename Scalar, int rows, int cols>
-using Matrix = Eigen::Matrix<Scalar, rows, cols>;
-
-template <typename Scalar, int rows>
-using Vector = Eigen::Matrix<Scalar, rows, 1>;
-
-namespace kernel {
-
-/// f(0), f(1), …, f(count - 1): written out up to `limit`, so that the optimiser sees single numbers in
-/// registers where it would else see an array in a loop; a loop for more.
-template <int count, int limit = 3, typename F>
-[[gnu::always_inline]] inline void repeat(const F& f) {
-  if constexpr (count <= limit) {
-    [&]<int... i>(std::integer_sequence<int, i...>)
-        __attribute__((always_inline)) { (f(i), ...); }(std::make_integer_sequence<int, count>{});
-  } else {
-    for (int i = 0; i < count; ++i) f(i);
-  }
-}
-
-/// to = from, number by number where they are few: a packet would pin them to the stack.
-template <typename Scalar, int rows, int cols>
-[[gnu::always_inline]] inline void assign(Matrix<Scalar, rows, cols>& to,
-                                          const Matrix<Scalar, rows, cols>& from) {
-  if constexpr (rows * cols <= 9) {
-    repeat<rows * cols, 9>([&](int i) __attribute__((always_inline)) { to.data()[i] = from.data()[i]; });
-  } else {
-    to = from;
-  }
-}
-
-/// to = factor · from, likewise.
-template <typename Scalar, int rows, int cols>
-[[gnu::always_inline]] inline void scale(Matrix<Scalar, rows, cols>& to, Scalar factor,
-                                         const Matrix<Scalar, rows, cols>& from) {
-  if constexpr (rows * cols <= 9) {
-    repeat<rows * cols, 9>([&](int i)
-                               __attribute__((always_inline)) { to.data()[i] = factor * from.data()[i]; });
-  } else {
-    to = factor * from;
-  }
-}
-
-/// to = start + factor · from, likewise. `to` may be `start`.
-template <typename Scalar, int rows, int cols>
-[[gnu::always_inline]] inline void add_scaled(Matrix<Scalar, rows, cols>& to,
-                                              const Matrix<Scalar, rows, cols>& start, Scalar factor,
-                                              const Matrix<Scalar, rows, cols>& from) {
-  if constexpr (rows * cols <= 9) {
-    repeat<rows * cols, 9>([&](int i) __attribute__((always_inline)) {
-      to.data()[i] = start.data()[i] + factor * from.data()[i];
-    });
-  } else {
-    to = start + factor * from;
-  }
-}
-
-}  // namespace kernel
+/// Definiteness asked of a symmetric matrix.
+enum class Definite { positive, positive_or_zero };
 
 /// True if every entry is finite. 0·v is zero exactly where v is finite: four sums and no branch.
 template <typename Scalar, int rows, int cols, int options>
@@ -106,6 +44,14 @@ template <typename Scalar, int n>
   return true;
 }
 
+/// True if every entry on the diagonal is positive (or zero, if that is asked).
+template <Definite wanted, typename Scalar, int n>
+[[nodiscard, gnu::always_inline]] inline bool diagonal_is(const Matrix<Scalar, n, n>& a) {
+  bool positive = true;
+  for (int i = 0; i < n; ++i) positive &= wanted == Definite::positive ? a(i, i) > Scalar(0) : a(i, i) >= Scalar(0);
+  return positive;
+}
+
 /// True if every entry off the diagonal is zero.
 template <typename Scalar, int n>
 [[nodiscard, gnu::always_inline]] inline bool is_diagonal(const Matrix<Scalar, n, n>& a) {
@@ -115,9 +61,6 @@ template <typename Scalar, int n>
   }
   return zero;
 }
-
-/// Definiteness asked of a symmetric matrix.
-enum class Definite { positive, positive_or_zero };
 
 /// True if the symmetric part of `a` is positive (semi)definite.
 ///
@@ -156,14 +99,14 @@ template <Definite wanted, typename Scalar, int n>
 /// Q is finite, symmetric, positive semidefinite.
 template <typename Scalar, int q>
 [[nodiscard]] bool is_covariance(const Matrix<Scalar, q, q>& Q) {
-  if (is_diagonal(Q)) return (Q.diagonal().array() >= Scalar(0)).all() && all_finite(Q);
+  if (is_diagonal(Q)) return diagonal_is<Definite::positive_or_zero>(Q) && all_finite(Q);
   return all_finite(Q) && is_symmetric(Q) && is_definite<Definite::positive_or_zero>(Q);
 }
 
 /// R is finite, symmetric, positive definite.
 template <typename Scalar, int p>
 [[nodiscard, gnu::always_inline]] inline bool is_noise_covariance(const Matrix<Scalar, p, p>& R) {
-  if (is_diagonal(R)) return (R.diagonal().array() > Scalar(0)).all() && all_finite(R);
+  if (is_diagonal(R)) return diagonal_is<Definite::positive>(R) && all_finite(R);
   return all_finite(R) && is_symmetric(R) && is_definite<Definite::positive>(R);
 }
 

@@ -27,8 +27,8 @@ namespace jml {
 /// A point of a characteristic and what the filter without input does there.
 template <int n>
 struct StabilityPoint {
-  Vector<double, n> x = Vector<double, n>::Zero();
-  Vector<double, n> lambda = Vector<double, n>::Zero();  ///< ∂S/∂x
+  Vector<double, n> x = kernel::zeros<Vector<double, n>>();
+  Vector<double, n> lambda = kernel::zeros<Vector<double, n>>();  ///< ∂S/∂x
   double level = 0;                                      ///< S
   /// dS/dt of ẋ = f - V(x)HᵀR⁻¹h, per second: the full condition is rate < 0.
   double rate = 0;
@@ -100,7 +100,7 @@ class RiccatiFilterModel {
 
   /// V(x) from a neighbour's V, and V HᵀR⁻¹h, eq. (9) and (8).
   [[nodiscard]] Status gain(const X& x, Covariance& V, X& correction) const {
-    const X origin = X::Zero();
+    const X origin = kernel::zeros<X>();
     const Covariance F = dynamics_sdc<true>(d_, x, origin, at_);
     const Matrix<double, p, n> H = measurement_sdc<true>(s_, x, origin, at_);
     const auto solution = solve_algebraic_riccati(equation(F, H), V);
@@ -119,7 +119,7 @@ class RiccatiFilterModel {
     const double moved = lambda.dot(drift);
     const double size = std::abs(moved) + disturbed + seen;
     out.hamiltonian = size > 0 ? std::abs(moved + disturbed - seen) / size : 0.0;
-    X correction = X::Zero();
+    X correction = kernel::zeros<X>();
     out.status = gain(x, V, correction);
     out.printed = seen - lambda.dot(correction);
     out.rate = out.printed - disturbed;
@@ -137,7 +137,7 @@ class RiccatiFilterModel {
   }
 
   Status prepare() {
-    const X origin = X::Zero();
+    const X origin = kernel::zeros<X>();
     const Covariance F = dynamics_sdc<true>(d_, origin, origin, at_);
     const Matrix<double, p, n> H = measurement_sdc<true>(s_, origin, origin, at_);
     if (!all_finite(F)) return Status::dynamics_not_finite;
@@ -170,7 +170,7 @@ class RiccatiFilterModel {
   S s_;
   At at_;
   Status status_ = Status::ok;
-  Covariance noise_ = Covariance::Zero(), V0_ = Covariance::Zero(), T_ = Covariance::Identity();
+  Covariance noise_ = kernel::zeros<Covariance>(), V0_ = kernel::zeros<Covariance>(), T_ = kernel::identity<Covariance>();
   kernel::SymmetricFactor<double, p> R_;
   double pace_ = 0, definiteness_ = 0;
   bool printed_can_hold_ = false;

@@ -48,8 +48,10 @@ template <typename Scalar, int n, int p>
   if (!all_finite(x)) return {Status::invalid_state};
   if (!all_finite(P)) return {Status::invalid_covariance};
   if (!is_noise_covariance(at.R)) return {Status::invalid_noise_covariance};
-  Vector<Scalar, n> unit = P.diagonal().cwiseAbs();
-  if constexpr (n > 1) unit = unit.cwiseSqrt().eval();  // the factors' own convention
+  Vector<Scalar, n> unit = kernel::absolute(kernel::diagonal(P));
+  if constexpr (n > 1) {  // the factors' own convention
+    for (int i = 0; i < n; ++i) unit(i) = std::sqrt(unit(i));
+  }
   kernel::GeneralFactor<Scalar, n> factor, transposed;
   if (!factor.factor(P, unit) || !transposed.factor(kernel::transposed(P), unit))
     return {Status::invalid_covariance};
@@ -60,9 +62,10 @@ template <typename Scalar, int n, int p>
   const Vector<Scalar, p> seen = noise.solve(Vector<Scalar, p>(at.M * x));
   const Vector<Scalar, p> missed = noise.solve(Vector<Scalar, p>((at.M - at.E) * x));
   LyapunovReport<Scalar> out;
-  out.value = x.dot(z);
-  out.rate = -((at.B - at.F) * x).dot(z) - z_t.dot((at.A - at.F) * x) - z_t.dot(at.noise * z) -
-             seen.dot(at.D * (P.transpose() * z)) - (at.D * x).dot(missed);
+  using kernel::dot;
+  out.value = dot(x, z);
+  out.rate = -dot((at.B - at.F) * x, z) - dot(z_t, (at.A - at.F) * x) - dot(z_t, at.noise * z) -
+             dot(seen, at.D * (kernel::transposed(P) * z)) - dot(at.D * x, missed);
   if (!std::isfinite(out.value) || !std::isfinite(out.rate)) out.status = Status::dynamics_not_finite;
   return out;
 }
@@ -77,7 +80,7 @@ template <OnePassRule Rule, ContinuousDynamics D, typename S, typename Scalar, i
   static_assert(detail::require_continuous<D>() && detail::require_sensor<S>());
   static_assert(n == states_of<D>, "jml: x has another size than the state of these dynamics");
   if (!all_finite(x)) return {Status::invalid_state};
-  const Vector<Scalar, n> origin = Vector<Scalar, n>::Zero();
+  const Vector<Scalar, n> origin = kernel::zeros<Vector<Scalar, n>>();
   LyapunovMatrices<Scalar, n, measurements_of<S>> m;
   m.A = dynamics_slot<Rule::A>(rule, d, x, x, at);
   m.B = dynamics_slot<Rule::B>(rule, d, x, x, at);

@@ -19,7 +19,7 @@ template <typename Error, typename Covariance>
   static_assert(Covariance::RowsAtCompileTime == n && Covariance::ColsAtCompileTime == n,
                 "jml: P has another size than the error");
   const Matrix<Scalar, n, n> given = P;
-  const Matrix<Scalar, n, n> symmetric_part = (given + given.transpose()) / Scalar(2);
+  const Matrix<Scalar, n, n> symmetric_part = kernel::symmetric_part(given);
   kernel::SymmetricFactor<Scalar, n> factor;
   if (!factor.factor(symmetric_part)) return std::numeric_limits<Scalar>::quiet_NaN();
   return factor.squared_norm(Vector<Scalar, n>(error));

@@ -36,7 +36,7 @@ template <typename Scalar, int n, int p>
   Matrix<Scalar, p, n> block = M;
   for (int k = 0; k < n; ++k) {
     out.template middleRows<p>(k * p) = block;
-    block = (block * F).eval();
+    block = block * F;
   }
   return out;
 }
@@ -49,7 +49,7 @@ template <typename Scalar, int n, int q>
   Matrix<Scalar, n, q> block = L;
   for (int k = 0; k < n; ++k) {
     out.template middleCols<q>(k * q) = block;
-    block = (F * block).eval();
+    block = F * block;
   }
   return out;
 }
@@ -100,7 +100,7 @@ template <typename D, typename S, typename Scalar, int n,
     return out;
   };
   if (!all_finite(x)) return refuse(Status::invalid_state);
-  const Vector<Scalar, n> origin = Vector<Scalar, n>::Zero();
+  const Vector<Scalar, n> origin = kernel::zeros<Vector<Scalar, n>>();
   const Matrix<Scalar, n, n> f_x = dynamics_jacobian(d, x, at);
   const Matrix<Scalar, n, n> F = dynamics_sdc<true>(d, x, origin, at);
   if (!all_finite(f_x) || !all_finite(F)) return refuse(Status::dynamics_not_finite);
@@ -117,8 +117,8 @@ template <typename D, typename S, typename Scalar, int n,
   const kernel::SemidefiniteFactor<Scalar, p> noise(R);
   if (noise.rank < p) return refuse(Status::invalid_noise_covariance);
 
-  out.dynamics_gap = (f_x - F).norm();
-  out.sensor_gap = (m_x - M).norm();
+  out.dynamics_gap = kernel::norm(f_x - F);
+  out.sensor_gap = kernel::norm(m_x - M);
   out.observable_sdc = observability_rank(F, detail::in_units_of(noise, M));
   out.observable_jacobian = observability_rank(f_x, detail::in_units_of(noise, m_x));
   if constexpr (q > 0) {

@@ -30,9 +30,11 @@ Matrix<Scalar, p, n> in_units_of(const kernel::SemidefiniteFactor<Scalar, p>& no
   Matrix<Scalar, p, n> out;
   for (int k = 0; k < p; ++k) {
     const int row = noise.pivot[k];
-    out.row(k) = M.row(row);
-    for (int j = 0; j < k; ++j) out.row(k) -= noise.L(row, j) * out.row(j);
-    out.row(k) /= noise.L(row, k);
+    for (int i = 0; i < n; ++i) {
+      out(k, i) = M(row, i);
+      for (int j = 0; j < k; ++j) out(k, i) -= noise.L(row, j) * out(j, i);
+      out(k, i) /= noise.L(row, k);
+    }
   }
   return out;
 }
@@ -40,8 +42,12 @@ Matrix<Scalar, p, n> in_units_of(const kernel::SemidefiniteFactor<Scalar, p>& no
 /// F without what is rounding beside the largest entries of its row and of its column.
 template <typename Scalar, int n>
 Matrix<Scalar, n, n> without_rounding(const Matrix<Scalar, n, n>& F) {
-  const Vector<Scalar, n> row = F.cwiseAbs().rowwise().maxCoeff();
-  const Vector<Scalar, n> col = F.cwiseAbs().colwise().maxCoeff().transpose();
+  Vector<Scalar, n> row, col;
+  const Matrix<Scalar, n, n> FT = kernel::transposed(F);
+  for (int i = 0; i < n; ++i) {
+    col(i) = kernel::largest(kernel::column_of(F, i));
+    row(i) = kernel::largest(kernel::column_of(FT, i));
+  }
   Matrix<Scalar, n, n> out = F;
   for (int j = 0; j < n; ++j) {
     for (int i = 0; i < n; ++i) {
@@ -56,14 +62,16 @@ Matrix<Scalar, n, n> without_rounding(const Matrix<Scalar, n, n>& F) {
 /// nilpotent F, which has no such rate.
 template <typename Scalar, int n>
 Scalar natural_rate(const Matrix<Scalar, n, n>& F) {
-  const Scalar largest = F.cwiseAbs().maxCoeff();
+  const Scalar largest = kernel::largest(F);
   if (!(largest > Scalar(0))) return Scalar(1);
-  const Matrix<Scalar, n, n> size = F.cwiseAbs() / largest;
+  const Matrix<Scalar, n, n> size = kernel::absolute(F) / largest;
   Matrix<Scalar, n, n> power = size;
   Scalar rate = 0;
   for (int k = 1; k <= n; ++k) {
-    rate = std::max(rate, std::pow(power.trace() / Scalar(n), Scalar(1) / Scalar(k)));
-    power = (power * size).eval();
+    Scalar trace = 0;
+    for (int i = 0; i < n; ++i) trace += power(i, i);
+    rate = std::max(rate, std::pow(trace / Scalar(n), Scalar(1) / Scalar(k)));
+    power = power * size;
   }
   return largest * (rate > Scalar(0) ? rate : Scalar(1));
 }
@@ -72,20 +80,20 @@ Scalar natural_rate(const Matrix<Scalar, n, n>& F) {
 template <typename Scalar, int n, int q>
 void take_units_out(Matrix<Scalar, n, n>& F, Matrix<Scalar, n, q>& L) {
   F = without_rounding(F) / natural_rate(F);
-  const Matrix<Scalar, n, n> size = F.cwiseAbs();
-  Vector<Scalar, n> reach = L.cwiseAbs().rowwise().sum();
+  const Matrix<Scalar, n, n> size = kernel::absolute(F);
+  Vector<Scalar, n> reach = kernel::row_sums(L);
   Vector<Scalar, n> unit = reach;
   for (int k = 1; k < n; ++k) {
-    reach = (size * reach).eval();
+    reach = size * reach;
     unit += reach;
   }
   for (int i = 0; i < n; ++i) {
     if (unit(i) > Scalar(0)) continue;  // no path leads there: what starts there has no part and no unit
     unit(i) = Scalar(1);
-    F.col(i).setZero();
+    for (int j = 0; j < n; ++j) F(j, i) = Scalar(0);
   }
   for (int i = 0; i < n; ++i) {
-    L.row(i) /= unit(i);
+    for (int j = 0; j < q; ++j) L(i, j) /= unit(i);
     for (int j = 0; j < n; ++j) F(i, j) *= unit(j) / unit(i);
   }
 }
@@ -97,11 +105,11 @@ PairRank<Scalar> staircase(Matrix<Scalar, n, n> F, Matrix<Scalar, n, q> L, Scala
   if (!all_finite(F) || !all_finite(L)) return out;
   take_units_out(F, L);
   constexpr int width = q > n ? q : n;
-  Matrix<Scalar, n, n> basis = Matrix<Scalar, n, n>::Zero();
-  Matrix<Scalar, n, width> candidate = Matrix<Scalar, n, width>::Zero();
-  candidate.template leftCols<q>() = L;
+  Matrix<Scalar, n, n> basis = kernel::zeros<Matrix<Scalar, n, n>>();
+  Matrix<Scalar, n, width> candidate = kernel::zeros<Matrix<Scalar, n, width>>();
+  kernel::set_block(candidate, 0, 0, L);
   int candidates = q;
-  Scalar scale = L.norm();
+  Scalar scale = kernel::norm(L);
   out.margin = std::numeric_limits<Scalar>::infinity();
   for (int block = 0; block <= n && candidates > 0 && scale > Scalar(0); ++block) {
     const int first = out.rank;
@@ -110,10 +118,12 @@ PairRank<Scalar> staircase(Matrix<Scalar, n, n> F, Matrix<Scalar, n, q> L, Scala
       Scalar pivot = -1;
       for (int c = 0; c < left; ++c) {
         for (int pass = 0; pass < 2; ++pass) {
-          for (int b = 0; b < out.rank; ++b)
-            candidate.col(c) -= basis.col(b).dot(candidate.col(c)) * basis.col(b);
+          for (int b = 0; b < out.rank; ++b) {
+            const Vector<Scalar, n> direction = kernel::column_of(basis, b), rest = kernel::column_of(candidate, c);
+            kernel::set_column(candidate, c, rest - kernel::dot(direction, rest) * direction);
+          }
         }
-        const Scalar size = candidate.col(c).norm();
+        const Scalar size = kernel::norm(kernel::column_of(candidate, c));
         if (size > pivot) {
           pivot = size;
           best = c;
@@ -125,12 +135,12 @@ PairRank<Scalar> staircase(Matrix<Scalar, n, n> F, Matrix<Scalar, n, q> L, Scala
         break;
       }
       out.margin = std::min(out.margin, relative);
-      basis.col(out.rank++) = candidate.col(best) / pivot;
-      candidate.col(best) = candidate.col(left - 1).eval();
+      kernel::set_column(basis, out.rank++, kernel::column_of(candidate, best) / pivot);
+      kernel::set_column(candidate, best, kernel::column_of(candidate, left - 1));
     }
     candidates = out.rank < n ? out.rank - first : 0;
-    for (int c = 0; c < candidates; ++c) candidate.col(c) = F * basis.col(first + c);
-    scale = F.norm();
+    for (int c = 0; c < candidates; ++c) kernel::set_column(candidate, c, F * kernel::column_of(basis, first + c));
+    scale = kernel::norm(F);
   }
   if (out.rank == 0) out.margin = 0;
   return out;

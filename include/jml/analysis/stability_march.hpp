@@ -38,7 +38,7 @@ class StabilityMarch : public StabilityRays<D, S> {
       radius = std::min(radius, options_.box(i) / std::sqrt(model_.origin_covariance()(i, i)));
     start_level_ = std::log(0.5) + 2 * std::log(options_.start * radius);
     for (int k = 0; k < 2 * n; ++k) {
-      State y = State::Zero();
+      State y = kernel::zeros<State>();
       y(k / 2) = y(n + k / 2) = k % 2 == 0 ? 1 : -1;
       y(2 * n) = start_level_;
       add_ray(0, y);
@@ -174,7 +174,7 @@ class StabilityMarch : public StabilityRays<D, S> {
   void check_folds() {
     for (const auto& simplex : front.simplices) {
       Matrix<double, n, n> sides;
-      X costate = X::Zero();
+      X costate = kernel::zeros<X>();
       bool complete = true;
       for (std::size_t v = 0; v < n; ++v) {
         const State* y = state_at(simplex[v], static_cast<std::size_t>(levels - 1));

@@ -46,7 +46,7 @@ enum class StabilityLimit : std::uint8_t {
 /// box: half widths, n, in the units of x, > 0. The rest has defaults that suit most models.
 template <int n>
 struct StabilityOptions {
-  Vector<double, n> box = Vector<double, n>::Zero();
+  Vector<double, n> box = kernel::zeros<Vector<double, n>>();
   double largest_level = std::numeric_limits<double>::infinity();
   double start = 1e-3;        ///< radius of the first ellipsoid, relative to the largest one in the box
   double level_ratio = 1.15;  ///< from one level of S to the next

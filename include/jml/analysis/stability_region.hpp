@@ -29,7 +29,7 @@ namespace jml {
 template <int n>
 struct StabilityRegion {
   Status status = Status::ok;  ///< refusal before any march, or of what ended it
-  Matrix<double, n, n> origin_covariance = Matrix<double, n, n>::Zero();  ///< V(0)
+  Matrix<double, n, n> origin_covariance = kernel::zeros<Matrix<double, n, n>>();  ///< V(0)
 
   double level = 0;                             ///< largest γ certified by the full condition
   StabilityLimit limit = StabilityLimit::none;  ///< what keeps γ from being larger

@@ -46,14 +46,14 @@ class Whiteness {
 
  public:
   explicit Whiteness(double probability = 0.95) : probability_(probability) {
-    for (auto& sum : sum_) sum.setZero();
+    for (auto& sum : sum_) kernel::set_zero(sum);
   }
 
   /// Left out and counted where sym(S) is not positive definite or the innovation not finite: the samples
   /// before and after it are then one lag apart.
   void add(const Vector<double, p>& innovation, const Matrix<double, p, p>& S) {
     kernel::SymmetricFactor<double, p> factor;
-    const Matrix<double, p, p> symmetric_part = (S + S.transpose()) / 2;
+    const Matrix<double, p, p> symmetric_part = kernel::symmetric_part(S);
     const bool positive = factor.factor(symmetric_part);
     const Vector<double, p> z = detail::whitened<p, 1>(factor, innovation);
     if (!positive || !all_finite(z)) {
@@ -74,7 +74,7 @@ class Whiteness {
   template <typename Scalar, int n>
   void add(const StepReport<Scalar, n, p>& report) {
     if (usable(report.status))
-      add(report.innovation.template cast<double>(), report.innovation_matrix.template cast<double>());
+      add(kernel::cast<double>(report.innovation), kernel::cast<double>(report.innovation_matrix));
     else
       ++left_out_;
   }
@@ -88,7 +88,7 @@ class Whiteness {
   /// Entry (i, j): correlation of z_i with z_j `lag` samples before. NaN beyond the lags kept.
   [[nodiscard]] Matrix<double, p, p> autocorrelation(int lag) const {
     if (lag < 0 || lag > lags)
-      return Matrix<double, p, p>::Constant(std::numeric_limits<double>::quiet_NaN());
+      return kernel::filled<Matrix<double, p, p>>(std::numeric_limits<double>::quiet_NaN());
     const Vector<double, p> unit = sum_[0].diagonal().cwiseSqrt().cwiseInverse();
     return unit.asDiagonal() * sum_[lag] * unit.asDiagonal();
   }

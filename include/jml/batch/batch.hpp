@@ -47,7 +47,7 @@ class Batch<D, Sensors<S...>, Scalar_> {
   /// Predict over dt, then measure y at its end; as Filter::step.
   template <typename Sensor>
   [[nodiscard]] Status step(const Sensor& sensor, const Argument<Scalar, measurements_of<Sensor>>& y, Scalar dt,
-                            const Control& control = Control::Zero()) {
+                            const Control& control = kernel::zeros<Control>()) {
     if (const Status status = store_.check(sensor, y); status != Status::ok) return status;
     if (const Status status = predict(dt, control); status != Status::ok) return status;
     return store_.append(sensor, y);
@@ -61,7 +61,7 @@ class Batch<D, Sensors<S...>, Scalar_> {
   template <typename Sensor>
     requires(measurements_of<Sensor> == 1)
   [[nodiscard]] Status step(const Sensor& sensor, Scalar y, Scalar dt,
-                            const Control& control = Control::Zero()) {
+                            const Control& control = kernel::zeros<Control>()) {
     return step(sensor, Vector<Scalar, 1>(y), dt, control);
   }
   template <typename Sensor>
@@ -71,7 +71,7 @@ class Batch<D, Sensors<S...>, Scalar_> {
   }
 
   /// A step without a measurement.
-  [[nodiscard]] Status predict(Scalar dt, const Control& control = Control::Zero()) {
+  [[nodiscard]] Status predict(Scalar dt, const Control& control = kernel::zeros<Control>()) {
     return store_.append({store_.time_of(store_.last()), dt, control});
   }
   [[nodiscard]] Status predict() {
@@ -116,7 +116,7 @@ class Batch<D, Sensors<S...>, Scalar_> {
   [[nodiscard]] double time(int node) const { return store_.time_of(node); }  ///< s
   /// The disturbance between `node` and the next, in the units of the model, without its mean w̄.
   [[nodiscard]] Vector<Scalar, disturbances> w(int node) const {
-    auto L = Matrix<Scalar, disturbances, disturbances>::Zero().eval();
+    auto L = kernel::zeros<Matrix<Scalar, disturbances, disturbances>>();
     (void)detail::NoiseRoot<Scalar, D>::root_of_covariance(store_.dynamics(), x(node),
                                                            store_.node(node + 1).at(), L);
     return L * store_.node(node + 1).b[store_.now()];
@@ -130,7 +130,7 @@ class Batch<D, Sensors<S...>, Scalar_> {
   }
   /// The same of one node; NaN where there is none. Its time grows with the number of steps.
   [[nodiscard]] Covariance covariance(int node) {
-    Covariance out = Covariance::Constant(std::numeric_limits<Scalar>::quiet_NaN());
+    Covariance out = kernel::filled<Covariance>(std::numeric_limits<Scalar>::quiet_NaN());
     (void)covariances(node, [&](int j, const Covariance& P) {
       if (j == node) out = P;
     });

@@ -26,7 +26,7 @@ Vector<double, n> natural_size(Store& store) {
   using Square = Matrix<double, n, n>;
   const ProcessNoise<double, typename Store::Dynamics> noise(store.dynamics());
   std::array<std::vector<double>, n> variances;
-  X largest = X::Zero();
+  X largest = kernel::zeros<X>();
   Square P = store.estimate().P;
   for (int j = 0; j <= store.last(); ++j) {
     const auto& node = store.node(j);
@@ -141,10 +141,10 @@ class CeresInterval<D, Sensors<Sensor...>> {
   /// The largest entry of the gradient at the start, with multipliers that ask nothing of its defects.
   double gradient_at_start() {
     for (int j = 1; j <= store_.last(); ++j)
-      step(j).multiplier = -hold(j).multiplier(step(j).difference(x(j - 1), x(j)), X::Zero());
+      step(j).multiplier = -hold(j).multiplier(step(j).difference(x(j - 1), x(j)), kernel::zeros<X>());
     std::vector<double> gradient;
     const bool finite = problem_->Evaluate({}, nullptr, nullptr, &gradient, nullptr);
-    for (auto& term : steps_) term.multiplier.setZero();
+    for (auto& term : steps_) kernel::set_zero(term.multiplier);
     double largest = 0;
     for (const double g : gradient) largest = std::max(largest, std::abs(g));
     return finite ? largest : std::numeric_limits<double>::quiet_NaN();
@@ -155,7 +155,7 @@ class CeresInterval<D, Sensors<Sensor...>> {
     double largest = 0;
     for (int j = 1; j <= store_.last(); ++j) {
       const X rounding = 4 * std::numeric_limits<double>::epsilon() * x(j).cwiseAbs();
-      const X slope = hold(j).multiplier(rounding, X::Zero()).cwiseProduct(unit_);
+      const X slope = hold(j).multiplier(rounding, kernel::zeros<X>()).cwiseProduct(unit_);
       largest = std::max(largest, slope.cwiseAbs().maxCoeff());
     }
     return largest;
@@ -170,7 +170,7 @@ class CeresInterval<D, Sensors<Sensor...>> {
   Left take() {
     const int now = store_.now();
     double cost = 0;
-    X worst = X::Zero(), largest = x(0).cwiseAbs();
+    X worst = kernel::zeros<X>(), largest = x(0).cwiseAbs();
     const auto from = [&](const Hold<n>& hold, const X& d, const auto& B, X& multiplier, auto& whitened) {
       multiplier = hold.multiplier(d, multiplier);
       whitened = B.transpose() * multiplier;
@@ -178,7 +178,7 @@ class CeresInterval<D, Sensors<Sensor...>> {
       worst = worst.cwiseMax((d - B * whitened).cwiseAbs());
     };
     auto& prior = store_.prior();
-    prior.a[now].setZero();
+    kernel::set_zero(prior.a[now]);
     if (!known_start_) from(prior_.hold, prior_.difference(x(0)), prior.L, prior_.multiplier, prior.a[now]);
     store_.node(0).x[now] = x(0);
     for (int j = 1; j <= store_.last(); ++j) {
@@ -198,7 +198,7 @@ class CeresInterval<D, Sensors<Sensor...>> {
   double whitened_gradient() {
     const int now = store_.now();
     std::array<std::size_t, sizeof...(Sensor)> left{std::get<type_of<Sensor>>(terms_).size()...};
-    X adjoint = X::Zero();
+    X adjoint = kernel::zeros<X>();
     double sum = 0;
     for (int j = store_.last();; --j) {
       const auto& node = store_.node(j);

@@ -34,8 +34,8 @@ template <int n>
 struct Hold {
   using X = Vector<double, n>;
   using Square = Matrix<double, n, n>;
-  Square L = Square::Identity();
-  X slack = X::Zero();  // the diagonal of S
+  Square L = kernel::identity<Square>();
+  X slack = kernel::zeros<X>();  // the diagonal of S
 
   /// size: the natural size of d, a standard deviation each; S = share · size². False where that does not
   /// make C positive definite.
@@ -43,7 +43,7 @@ struct Hold {
     const X least = share * size.cwiseAbs2();
     const Square floor = least.asDiagonal();
     const bool regular = Eigen::LLT<Square>(C - floor).info() == Eigen::Success;
-    slack = regular ? X(X::Zero()) : least;
+    slack = regular ? X(kernel::zeros<X>()) : least;
     const Eigen::LLT<Square> root(regular ? C : Square(C + floor));
     L = root.matrixL();
     return root.info() == Eigen::Success && all_finite(L);
@@ -69,8 +69,8 @@ class StepTerm final : public ::ceres::SizedCostFunction<states_of<D>, states_of
   StepTerm(const D& dynamics, const At& at, const X& unit, const Hold<n>& hold)
       : dynamics_(dynamics), at_(at), unit_(unit), hold_(hold) {}
 
-  X push = X::Zero();        // G w̄
-  X multiplier = X::Zero();  // λ
+  X push = kernel::zeros<X>();        // G w̄
+  X multiplier = kernel::zeros<X>();  // λ
 
   [[nodiscard]] X difference(const X& x, const X& next) const {
     return next - dynamics(dynamics_, x, at_) - push;
@@ -111,7 +111,7 @@ class PriorTerm final : public ::ceres::SizedCostFunction<n, n> {
   PriorTerm(const X& mean, const X& unit) : mean_(mean), unit_(unit) {}
 
   Hold<n> hold;
-  X multiplier = X::Zero();  // λ
+  X multiplier = kernel::zeros<X>();  // λ
 
   [[nodiscard]] X difference(const X& x) const { return x - mean_; }
 
@@ -169,7 +169,7 @@ class MeasurementTerm final : public ::ceres::SizedCostFunction<measurements_of<
   const Vector<double, p>& y_;
   At at_;
   const X& unit_;
-  Matrix<double, p, p> L_ = Matrix<double, p, p>::Identity();
+  Matrix<double, p, p> L_ = kernel::identity<Matrix<double, p, p>>();
 };
 
 }  // namespace jml::detail

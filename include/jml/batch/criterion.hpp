@@ -36,12 +36,12 @@ class Criterion {
 
   /// x⁺ = f(x) + G (w̄ + w) over dt. not_a_trajectory where w is not in the range of Q.
   Status disturb(const Vector<Scalar, q>& w, Scalar dt = 0,
-                 const Vector<Scalar, Traits::controls>& control = Vector<Scalar, Traits::controls>::Zero()) {
+                 const Vector<Scalar, Traits::controls>& control = kernel::zeros<Vector<Scalar, Traits::controls>>()) {
     const At at{time_, dt, control};
     const Matrix<Scalar, q, q> Q = disturbance_covariance(dynamics_, x_, at);
     if (!is_covariance(Q)) refuse(Status::invalid_disturbance_covariance);
     const kernel::SemidefiniteFactor<Scalar, q> factor(Q);
-    const bool possible = factor.squared_norm(w, rounding * w.cwiseAbs(), term_);
+    const bool possible = factor.squared_norm(w, rounding * kernel::absolute(w), term_);
     x_ = predicted_state(dynamics_, x_, at) + disturbance_input(dynamics_, x_, at) * w;
     time_ += static_cast<double>(dt);
     return add(possible);
@@ -50,7 +50,7 @@ class Criterion {
   /// The same for a given next state. not_a_trajectory where no disturbance of the model leads there.
   Status advance_to(
       const Vector<Scalar, n>& next, Scalar dt = 0,
-      const Vector<Scalar, Traits::controls>& control = Vector<Scalar, Traits::controls>::Zero()) {
+      const Vector<Scalar, Traits::controls>& control = kernel::zeros<Vector<Scalar, Traits::controls>>()) {
     const At at{time_, dt, control};
     const Vector<Scalar, n> f = predicted_state(dynamics_, x_, at);
     bool possible = false;
@@ -68,7 +68,7 @@ class Criterion {
   template <typename S>
   Status measure(const S& sensor, const Argument<Scalar, measurements_of<S>>& y) {
     constexpr int p = measurements_of<S>;
-    const At at{time_, 0, Vector<Scalar, Traits::controls>::Zero()};
+    const At at{time_, 0, kernel::zeros<Vector<Scalar, Traits::controls>>()};
     const Matrix<Scalar, p, p> R = noise_covariance(sensor, x_, at);
     kernel::SymmetricFactor<Scalar, p> factor;
     term_ = std::numeric_limits<Scalar>::quiet_NaN();
@@ -94,7 +94,7 @@ class Criterion {
 
   /// What rounding may leave of a difference between two states.
   static Vector<Scalar, n> slack(const Vector<Scalar, n>& a, const Vector<Scalar, n>& b) {
-    return rounding * (a.cwiseAbs() + b.cwiseAbs());
+    return rounding * (kernel::absolute(a) + kernel::absolute(b));
   }
   /// The first refusal stays.
   void refuse(Status status) {
@@ -109,7 +109,7 @@ class Criterion {
 
   D dynamics_;
   Estimate<Scalar, n> prior_;
-  Vector<Scalar, n> x_ = Vector<Scalar, n>::Zero();
+  Vector<Scalar, n> x_ = kernel::zeros<Vector<Scalar, n>>();
   double time_;
   bool started_ = false;
   Scalar sum_ = 0, term_ = 0;

@@ -34,7 +34,8 @@ template <typename D, typename List, typename Scalar, int n>
   const Matrix<Scalar, n, n> P = batch.covariance(last);
   if (!all_finite(P)) return {Status::covariance_lost};
   auto& store = batch.recording();
-  const Vector<Scalar, n> size = P.diagonal().cwiseSqrt();
+  Vector<Scalar, n> size;
+  for (int i = 0; i < n; ++i) size(i) = std::sqrt(P(i, i));
   constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
   constexpr Scalar slack = Scalar(1e4) * epsilon;
 
@@ -55,7 +56,7 @@ template <typename D, typename List, typename Scalar, int n>
       there = there && std::abs(off(i)) <= Scalar(1e-9) * size(i) + slack * (std::abs(x(i)) + size(i));
     if (there) {
       const Vector<Scalar, n> pull = batch.x(last) - end.target;
-      return {Status::ok, held.cost - pull.dot(end.weight * pull) / Scalar(2) - least.cost};
+      return {Status::ok, held.cost - kernel::dot(pull, Vector<Scalar, n>(end.weight * pull)) / Scalar(2) - least.cost};
     }
     end.target += off;
   }

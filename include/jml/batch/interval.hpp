@@ -23,8 +23,8 @@ struct IntervalNode {
   static constexpr int n = Root::n, q = Root::q;
   using At = typename Root::At;
 
-  Vector<Scalar, n> x[2] = {Vector<Scalar, n>::Zero(), Vector<Scalar, n>::Zero()};
-  Vector<Scalar, q> b[2] = {Vector<Scalar, q>::Zero(), Vector<Scalar, q>::Zero()};  // whitened disturbance
+  Vector<Scalar, n> x[2] = {kernel::zeros<Vector<Scalar, n>>(), kernel::zeros<Vector<Scalar, n>>()};
+  Vector<Scalar, q> b[2] = {kernel::zeros<Vector<Scalar, q>>(), kernel::zeros<Vector<Scalar, q>>()};  // whitened disturbance
   Feedback<Scalar, n, q> law{};
   [[no_unique_address]] std::conditional_t<Root::constant, Nothing, Root> noise{};
   [[no_unique_address]] std::conditional_t<keeps_instant, At, Nothing> instant{};
@@ -49,8 +49,8 @@ struct Record {
   };
 
   [[no_unique_address]] S sensor;
-  Vector<Scalar, p> y = Vector<Scalar, p>::Zero();
-  kernel::SymmetricFactor<Scalar, p> R{Matrix<Scalar, p, p>::Zero(), Vector<Scalar, p>::Zero()};
+  Vector<Scalar, p> y = kernel::zeros<Vector<Scalar, p>>();
+  kernel::SymmetricFactor<Scalar, p> R{kernel::zeros<Matrix<Scalar, p, p>>(), kernel::zeros<Vector<Scalar, p>>()};
 
   /// False where R is no covariance.
   bool freeze(const Vector<Scalar, n>& x, const At& at) {
@@ -71,24 +71,24 @@ constexpr bool keeps_instant<Scalar, D, Sensors<S...>> =
 /// x̂_0, P_0 = L Lᵀ, and the whitened offset a of the nominal x_0 = x̂_0 + L a.
 template <typename Scalar, int n>
 struct Prior {
-  Vector<Scalar, n> x = Vector<Scalar, n>::Zero();
-  Matrix<Scalar, n, n> L = Matrix<Scalar, n, n>::Zero();
-  Vector<Scalar, n> a[2] = {Vector<Scalar, n>::Zero(), Vector<Scalar, n>::Zero()};
-  Vector<Scalar, n> law = Vector<Scalar, n>::Zero();  // δa of the last backward pass
+  Vector<Scalar, n> x = kernel::zeros<Vector<Scalar, n>>();
+  Matrix<Scalar, n, n> L = kernel::zeros<Matrix<Scalar, n, n>>();
+  Vector<Scalar, n> a[2] = {kernel::zeros<Vector<Scalar, n>>(), kernel::zeros<Vector<Scalar, n>>()};
+  Vector<Scalar, n> law = kernel::zeros<Vector<Scalar, n>>();  // δa of the last backward pass
 
   void set(const Estimate<Scalar, n>& estimate) {
     x = estimate.x;
     L = kernel::SemidefiniteFactor<Scalar, n>(estimate.P).L;
-    a[0].setZero();
-    a[1].setZero();
+    kernel::set_zero(a[0]);
+    kernel::set_zero(a[1]);
   }
 };
 
 /// ½ (x_N - target)ᵀ weight (x_N - target), a term that J does not have; see batch/excess_cost.hpp.
 template <typename Scalar, int n>
 struct Terminal {
-  Vector<Scalar, n> target = Vector<Scalar, n>::Zero();
-  Matrix<Scalar, n, n> weight = Matrix<Scalar, n, n>::Zero();
+  Vector<Scalar, n> target = kernel::zeros<Vector<Scalar, n>>();
+  Matrix<Scalar, n, n> weight = kernel::zeros<Matrix<Scalar, n, n>>();
 };
 
 }  // namespace jml::detail

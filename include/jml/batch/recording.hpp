@@ -39,7 +39,7 @@ class Recording<D, Sensors<S...>, Scalar> {
       : dynamics_(std::move(dynamics)), estimate_(prior) {
     status_ = std::isfinite(time) ? check_estimate(Ekf<>{}, prior) : Status::invalid_time_step;
     if constexpr (Root::constant) {
-      if (!root_.form(dynamics_, X::Zero(), At{}) && status_ == Status::ok)
+      if (!root_.form(dynamics_, kernel::zeros<X>(), At{}) && status_ == Status::ok)
         status_ = Status::invalid_disturbance_covariance;
     }
     const bool sensible = capacity.steps >= 0 && capacity.steps <= (1 << 30) && capacity.measurements >= -1;
@@ -49,7 +49,7 @@ class Recording<D, Sensors<S...>, Scalar> {
       status_ = Status::invalid_option;
     }
     nodes_.reserve(static_cast<std::size_t>(capacity.steps) + 1);
-    spread_.resize(static_cast<std::size_t>(capacity.steps) + 1, Matrix<Scalar, q, q>::Zero());
+    spread_.resize(static_cast<std::size_t>(capacity.steps) + 1, kernel::zeros<Matrix<Scalar, q, q>>());
     (std::get<std::vector<Record<Scalar, n, S, At>>>(records_).reserve(
          static_cast<std::size_t>(capacity.measurements)),
      ...);
@@ -86,7 +86,7 @@ class Recording<D, Sensors<S...>, Scalar> {
     if (std::get<vector_of<Sensor>>(records_).size() >= measurements_) return Status::memory_full;
     Record<Scalar, n, Sensor, At> record{sensor, y};
     if constexpr (!Record<Scalar, n, Sensor, At>::varies) {
-      if (!record.freeze(X::Zero(), At{})) return Status::invalid_noise_covariance;
+      if (!record.freeze(kernel::zeros<X>(), At{})) return Status::invalid_noise_covariance;
     }
     return Status::ok;
   }
@@ -96,7 +96,7 @@ class Recording<D, Sensors<S...>, Scalar> {
     if (const Status status = check(sensor, y); status != Status::ok) return status;
     auto& records = std::get<vector_of<Sensor>>(records_);
     records.push_back(Record<Scalar, n, Sensor, At>{sensor, y});
-    if constexpr (!Record<Scalar, n, Sensor, At>::varies) (void)records.back().freeze(X::Zero(), At{});
+    if constexpr (!Record<Scalar, n, Sensor, At>::varies) (void)records.back().freeze(kernel::zeros<X>(), At{});
     return Status::ok;
   }
 

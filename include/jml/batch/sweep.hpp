@@ -36,7 +36,7 @@ class Sweep {
     Status status = Status::ok;
     change = 0;
     const auto compare = [&change](const auto& before, const auto& after) {
-      const Scalar size = after.cwiseAbs().maxCoeff(), moved = (after - before).cwiseAbs().maxCoeff();
+      const Scalar size = kernel::largest(after), moved = kernel::largest(after - before);
       if (moved > change * size) change = size > Scalar(0) ? moved / size : Scalar(1);
     };
     for (int j = 0; j <= store_.last(); ++j) {
@@ -75,7 +75,7 @@ class Sweep {
       const X off = store_.node(store_.last()).x[now] - end->target;
       v.information = end->weight;
       v.slope = end->weight * off;
-      sums.cost = off.dot(v.slope) / Scalar(2);
+      sums.cost = kernel::dot(off, v.slope) / Scalar(2);
     }
     bool sound = true;
     for (int j = store_.last();; --j) {
@@ -95,7 +95,7 @@ class Sweep {
         dynamics_jacobian_and_hessian(store_.dynamics(), previous, v.slope, node.at(), A, bend);
       else
         A = dynamics_jacobian(store_.dynamics(), previous, node.at());
-      Vector<Scalar, q> b = Vector<Scalar, q>::Zero();
+      Vector<Scalar, q> b = kernel::zeros<Vector<Scalar, q>>();
       if constexpr (loose) {
         const X defect = dynamics(store_.dynamics(), previous, node.at()) + root.push - x;
         kernel::add_product<1>(v.slope, v.information, defect, v.slope);
@@ -119,8 +119,8 @@ class Sweep {
     const Loss loss = loss_;
     auto& prior = store_.prior();
     prior.a[next] = loose ? prior.law : X(prior.a[now] + prior.law);
-    Scalar cost = prior.a[next].squaredNorm() / Scalar(2);
-    Scalar moved = prior.law.squaredNorm();
+    Scalar cost = kernel::squared_norm(prior.a[next]) / Scalar(2);
+    Scalar moved = kernel::squared_norm(prior.law);
     X x;
     kernel::add_product<1>(prior.x, prior.L, prior.a[next], x);
     for (int j = 0;; ++j) {
@@ -136,7 +136,7 @@ class Sweep {
       X off;
       kernel::add_scaled(off, x, Scalar(-1), node.x[now]);
       // b̃ + k first: it does not wait for x.
-      Vector<Scalar, q> nominal = Vector<Scalar, q>::Zero(), start, b;
+      Vector<Scalar, q> nominal = kernel::zeros<Vector<Scalar, q>>(), start, b;
       if constexpr (!loose) kernel::assign(nominal, following.b[now]);
       kernel::add_scaled(start, nominal, Scalar(1), following.law.offset);
       kernel::add_product<1>(start, following.law.gain, off, b);
@@ -152,7 +152,7 @@ class Sweep {
     }
     if (const Terminal<Scalar, n>* end = store_.terminal()) {
       const X off = x - end->target;
-      cost += off.dot(end->weight * off) / Scalar(2);
+      cost += kernel::dot(off, X(end->weight * off)) / Scalar(2);
     }
     step = moved;
     return all_finite(x) ? cost : std::numeric_limits<Scalar>::quiet_NaN();
@@ -162,7 +162,7 @@ class Sweep {
   [[nodiscard]] Scalar predict() {
     const int now = store_.now();
     auto& prior = store_.prior();
-    prior.law.setZero();
+    kernel::set_zero(prior.law);
     X x = prior.x;
     for (int j = 0; j <= store_.last(); ++j) {
       auto& node = store_.node(j);
@@ -188,13 +188,12 @@ class Sweep {
         add_record<Curvature::none, false>(record, loss_, node.x[now], at_sample(node.at()), unused, v);
       });
       if (j == 0) break;
-      sum += (node.b[now] + store_.root(j).B.transpose() * v.slope).squaredNorm();
+      sum += kernel::squared_norm(node.b[now] + kernel::transposed(store_.root(j).B) * v.slope);
       v.slope =
-          (dynamics_jacobian(store_.dynamics(), store_.node(j - 1).x[now], node.at()).transpose() * v.slope)
-              .eval();
+          kernel::transposed(dynamics_jacobian(store_.dynamics(), store_.node(j - 1).x[now], node.at())) * v.slope;
     }
     auto& prior = store_.prior();
-    const Scalar norm = std::sqrt(sum + (prior.a[now] + prior.L.transpose() * v.slope).squaredNorm());
+    const Scalar norm = std::sqrt(sum + kernel::squared_norm(prior.a[now] + kernel::transposed(prior.L) * v.slope));
     return std::isfinite(norm) ? norm : std::numeric_limits<Scalar>::infinity();
   }
 
@@ -234,7 +233,7 @@ class Sweep {
       const Matrix<Scalar, n, n> A =
           dynamics_jacobian(store_.dynamics(), store_.node(j).x[now], following.at());
       const auto& root = store_.root(j + 1);
-      Matrix<Scalar, n, n> closed, closedP, noise = Matrix<Scalar, n, n>::Zero();
+      Matrix<Scalar, n, n> closed, closedP, noise = kernel::zeros<Matrix<Scalar, n, n>>();
       Matrix<Scalar, n, q> BC;
       kernel::add_product<1>(A, root.B, following.law.gain, closed);
       kernel::product(root.B, store_.spread(j + 1), BC);
@@ -289,20 +288,20 @@ class Sweep {
                                   PassSums<Scalar>& sums) {
     auto& prior = store_.prior();
     const int now = store_.now();
-    const X a = loose ? X(X::Zero()) : prior.a[now];
+    const X a = loose ? X(kernel::zeros<X>()) : prior.a[now];
     // A nominal x_0 that is not x̂_0 + L a: a guess, or a prior that has just moved.
     const X off = prior.x + prior.L * a - store_.node(0).x[now];
     const X slope = v.slope + v.information * off;
-    Matrix<Scalar, n, n> C = prior.L.transpose() * v.information * prior.L;
-    C = ((C + C.transpose()) / Scalar(2)).eval();
-    C.diagonal().array() += Scalar(1) + damping;
+    Matrix<Scalar, n, n> C = kernel::transposed(prior.L) * v.information * prior.L;
+    C = kernel::symmetric_part(C);
+    kernel::add_to_diagonal(C, Scalar(1) + damping);
     kernel::SymmetricFactor<Scalar, n> factor;
     if (!factor.factor(C)) return false;
-    const X g = a + prior.L.transpose() * slope;
+    const X g = a + kernel::transposed(prior.L) * slope;
     prior.law = -factor.solve(g);
-    sums.decrease -= g.dot(prior.law) / Scalar(2);
-    sums.cost += a.squaredNorm() / Scalar(2);
-    Matrix<Scalar, n, n> half, scaled, right, none = Matrix<Scalar, n, n>::Zero();
+    sums.decrease -= kernel::dot(g, prior.law) / Scalar(2);
+    sums.cost += kernel::squared_norm(a) / Scalar(2);
+    Matrix<Scalar, n, n> half, scaled, right, none = kernel::zeros<Matrix<Scalar, n, n>>();
     factor.right_solve(prior.L, half, scaled, right);
     kernel::add_symmetric_product<1>(none, scaled, half, initial_);
     return all_finite(prior.law) && std::isfinite(sums.decrease);
@@ -310,7 +309,7 @@ class Sweep {
 
   Store& store_;
   Loss loss_;
-  Matrix<Scalar, n, n> initial_ = Matrix<Scalar, n, n>::Zero();  // P of node 0, given all data
+  Matrix<Scalar, n, n> initial_ = kernel::zeros<Matrix<Scalar, n, n>>();  // P of node 0, given all data
 };
 
 }  // namespace jml::detail

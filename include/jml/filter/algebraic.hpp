@@ -30,8 +30,8 @@ template <typename Scalar, int n, int p>
 struct AlgebraicReport {
   Status status = Status::ok;  ///< accepted_critical where one of the equations was
   Verdict gate = Verdict::off;
-  Vector<Scalar, p> innovation = Vector<Scalar, p>::Zero();  ///< at the start; of a sample: at its time
-  Matrix<Scalar, n, p> gain = Matrix<Scalar, n, p>::Zero();  ///< likewise
+  Vector<Scalar, p> innovation = kernel::zeros<Vector<Scalar, p>>();  ///< at the start; of a sample: at its time
+  Matrix<Scalar, n, p> gain = kernel::zeros<Matrix<Scalar, n, p>>();  ///< likewise
   Scalar residual = 0, error = 0;  ///< the worst of the solutions: relative residual, claimed relative error
   int solutions = 0, cold = 0;     ///< of the algebraic equation; how many of them a warm start did not serve
 };
@@ -78,7 +78,7 @@ class AlgebraicFilter {
   Status reset(const State& x, double time) {
     x_ = x;
     time_ = time;
-    V_.setZero();
+    kernel::set_zero(V_);
     warm_ = false;
     status_ = !std::isfinite(time)      ? Status::invalid_time_step
               : !all_finite(x)          ? Status::invalid_state
@@ -92,7 +92,7 @@ class AlgebraicFilter {
   /// absolute time; for a sensor of samples the sample at the end of dt. dt: s, zero or positive.
   template <typename S, typename Signal>
   [[nodiscard]] Report<S> step(const S& sensor, const Signal& y, Scalar dt,
-                               const Control& control = Control::Zero()) {
+                               const Control& control = kernel::zeros<Control>()) {
     static_assert(detail::require_sensor<S>());
     constexpr int p = measurements_of<S>;
     Report<S> report;
@@ -140,7 +140,7 @@ class AlgebraicFilter {
     /// V at the coefficients, from the last one where there is one.
     template <typename Coefficients, typename Out>
     Status solve(const Coefficients& at, const Square& S, Out& report) {
-      AlgebraicRiccati<Scalar, states, states> equation{at.A, at.B.transpose(), at.noise, S};
+      AlgebraicRiccati<Scalar, states, states> equation{at.A, kernel::transposed(at.B), at.noise, S};
       const auto solution = warm ? solve_algebraic_riccati(equation, V) : solve_algebraic_riccati(equation);
       ++report.solutions;
       report.cold += !solution.warm;
@@ -165,7 +165,7 @@ class AlgebraicFilter {
       const Scalar h = dt / Scalar(substeps);
       if (!(h > Scalar(0))) return;
       const Scalar node[4] = {0, h / 2, h / 2, h}, weight[4] = {h / 6, h / 3, h / 3, h / 6};
-      Matrix<Scalar, states, p> gain = Matrix<Scalar, states, p>::Zero();
+      Matrix<Scalar, states, p> gain = kernel::zeros<Matrix<Scalar, states, p>>();
       for (int i = 0; i < 4 * substeps; ++i) {
         const int stage = i % 4;
         const bool first = i == 0;
@@ -198,7 +198,7 @@ class AlgebraicFilter {
         if (stage == 0) {  // explicit steps are stable while h times the rates of E K is below 2.78
           const Matrix<Scalar, p, p> feedback = at.E * gain * equations.R();
           const Matrix<Scalar, p, p> room =
-              Scalar(2.78) * equations.R() - (h / Scalar(2)) * (feedback + feedback.transpose());
+              Scalar(2.78) * equations.R() - h * kernel::symmetric_part(feedback);
           if (!is_definite<Definite::positive>(room)) return refuse(Status::step_too_long);
         }
         slope = drift + gain * innovation;
@@ -246,11 +246,11 @@ class AlgebraicFilter {
                                       [&](const Square& noise) { at.noise = noise; }))
         return refuse(Status::invalid_disturbance_covariance);
       Matrix<Scalar, p, states> weighted;  // (R dt)⁻¹ E
-      for (int j = 0; j < states; ++j) weighted.col(j) = weight.solve(Vector<Scalar, p>(at.E.col(j))) / dt;
-      const Status status = solve(at, slot_d.transpose() * weighted, report);
+      for (int j = 0; j < states; ++j) kernel::set_column(weighted, j, weight.solve(kernel::column_of(at.E, j)) / dt);
+      const Status status = solve(at, kernel::transposed(slot_d) * weighted, report);
       if (!usable(status)) return refuse(status);
       report.status = status;
-      const Matrix<Scalar, states, p> VD = V * slot_d.transpose();
+      const Matrix<Scalar, states, p> VD = V * kernel::transposed(slot_d);
       const Matrix<Scalar, p, p> S_matrix = R + at.E * VD;
       kernel::GeneralFactor<Scalar, p> factor;
       if (!factor.factor(S_matrix, detail::noise_units(R))) return refuse(Status::singular_innovation);
@@ -278,7 +278,7 @@ class AlgebraicFilter {
       return judged.gate != Verdict::rejected;
     }
 
-    State slope = State::Zero(), sum = State::Zero();
+    State slope = kernel::zeros<State>(), sum = kernel::zeros<State>();
   };
 
   [[no_unique_address]] Rule rule_;
@@ -286,7 +286,7 @@ class AlgebraicFilter {
   detail::ProcessNoise<Scalar, D> process_noise_;
   AlgebraicOptions options_;
   State x_;
-  Square V_ = Square::Zero();
+  Square V_ = kernel::zeros<Square>();
   bool warm_ = false;
   double time_ = 0;
   Status status_ = Status::ok;

@@ -57,7 +57,7 @@ class BoundedNoise {
   Status reset(const Box<Scalar, states>& box, double time) {
     now_ = {box, {}};
     time_ = time;
-    control_.setZero();
+    kernel::set_zero(control_);
     status_ = !std::isfinite(time) ? Status::invalid_time_step
               : box.valid()        ? Status::ok
                                    : Status::invalid_box;
@@ -68,7 +68,7 @@ class BoundedNoise {
   /// reads neither dt nor time may leave it out. control: held over the step.
   template <typename S>
   [[nodiscard]] Report<S> step(const S& sensor, const Measurement<S>& y, Scalar dt,
-                               const Control& control = Control::Zero()) {
+                               const Control& control = kernel::zeros<Control>()) {
     Report<S> report;
     Knowledge next = now_;
     report.status = all_finite(y) ? advance(next, dt, control) : Status::invalid_measurement;
@@ -92,17 +92,17 @@ class BoundedNoise {
   template <typename S>
     requires(measurements_of<S> == 1)
   [[nodiscard]] Report<S> step(const S& sensor, Scalar y, Scalar dt,
-                               const Control& control = Control::Zero()) {
-    return step(sensor, Measurement<S>::Constant(y), dt, control);
+                               const Control& control = kernel::zeros<Control>()) {
+    return step(sensor, kernel::filled<Measurement<S>>(y), dt, control);
   }
   template <typename S>
     requires(measurements_of<S> == 1)
   [[nodiscard]] Report<S> step(const S& sensor, Scalar y) {
-    return step(sensor, Measurement<S>::Constant(y));
+    return step(sensor, kernel::filled<Measurement<S>>(y));
   }
 
   /// A step without a measurement.
-  [[nodiscard]] Status predict(Scalar dt, const Control& control = Control::Zero()) {
+  [[nodiscard]] Status predict(Scalar dt, const Control& control = kernel::zeros<Control>()) {
     if (status_ != Status::ok) return status_;
     Knowledge next = now_;
     const Status status = advance(next, dt, control);
@@ -133,7 +133,7 @@ class BoundedNoise {
   template <typename S>
     requires(measurements_of<S> == 1)
   [[nodiscard]] Report<S> update(const S& sensor, Scalar y) {
-    return update(sensor, Measurement<S>::Constant(y));
+    return update(sensor, kernel::filled<Measurement<S>>(y));
   }
 
   [[nodiscard]] Status status() const { return status_; }  ///< of the box given
@@ -141,7 +141,7 @@ class BoundedNoise {
   [[nodiscard]] State x() const { return now_.box.centre(); }
   [[nodiscard]] const Box<Scalar, states>& box() const { return now_.box; }
   /// (d - c)²/12, eq. (2.34): of this estimate, not an average; the units of the states squared.
-  [[nodiscard]] State error_variance() const { return now_.box.width().cwiseAbs2() / Scalar(12); }
+  [[nodiscard]] State error_variance() const { return kernel::by_entry(now_.box.width(), now_.box.width()) / Scalar(12); }
   [[nodiscard]] double time() const { return time_; }  ///< s
   [[nodiscard]] const D& dynamics() const { return dynamics_; }
   [[nodiscard]] const Rule& rule() const { return rule_; }
@@ -167,7 +167,7 @@ class BoundedNoise {
   [[no_unique_address]] Rule rule_;
   [[no_unique_address]] D dynamics_;
   Knowledge now_;
-  Control control_ = Control::Zero();  // of the last step, for a sensor that reads it
+  Control control_ = kernel::zeros<Control>();  // of the last step, for a sensor that reads it
   double time_ = 0;
   Status status_ = Status::ok;
 };

@@ -21,7 +21,7 @@ template <typename Scalar, int p>
 struct BoundedReport {
   /// accepted_without_measurement: a bound was violated; the box is the predicted one.
   Status status = Status::ok;
-  Vector<Scalar, p> innovation = Vector<Scalar, p>::Zero();  ///< y - m(centre of the predicted box)
+  Vector<Scalar, p> innovation = kernel::zeros<Vector<Scalar, p>>();  ///< y - m(centre of the predicted box)
   Violation<Scalar> violation;
 };
 

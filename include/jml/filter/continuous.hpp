@@ -85,7 +85,7 @@ class ContinuousFilter {
   Status reset(const Estimate<Scalar, states>& estimate, double time) {
     estimate_ = estimate;
     time_ = time;
-    control_.setZero();
+    kernel::set_zero(control_);
     status_ = std::isfinite(time) ? check_estimate(rule_, estimate) : Status::invalid_time_step;
     if (status_ == Status::ok && !process_noise_.valid()) status_ = Status::invalid_disturbance_covariance;
     return status_;
@@ -97,7 +97,7 @@ class ContinuousFilter {
   /// Answers a FlowReport, or the StepReport of the correction.
   template <typename S, typename Signal>
   [[nodiscard]] auto step(const S& sensor, const Signal& y, Scalar dt,
-                          const Control& control = Control::Zero()) {
+                          const Control& control = kernel::zeros<Control>()) {
     static_assert(detail::require_sensor<S>());
     constexpr int p = measurements_of<S>;
     if constexpr (detail::measures_always<S, State, At>()) {
@@ -113,7 +113,7 @@ class ContinuousFilter {
   }
 
   /// Moves the estimate over dt without a measurement: Ṗ = A P + P Bᵀ + G Q Gᵀ.
-  [[nodiscard]] Status predict(Scalar dt, const Control& control = Control::Zero()) {
+  [[nodiscard]] Status predict(Scalar dt, const Control& control = kernel::zeros<Control>()) {
     return move(detail::NoSensor{}, detail::NoSignal{}, dt, control).status;
   }
 
@@ -131,7 +131,7 @@ class ContinuousFilter {
   template <typename S>
     requires(measurements_of<S> <= 1)
   [[nodiscard]] StepReport<Scalar, states, measurements_of<S>> update(const S& sensor, Scalar y) {
-    return update(sensor, Measurement<S>(Measurement<S>::Constant(y)));
+    return update(sensor, Measurement<S>(kernel::filled<Measurement<S>>(y)));
   }
 
   [[nodiscard]] Status status() const { return status_; }  ///< of the estimate and the constants of the model
@@ -235,7 +235,7 @@ class ContinuousFilter {
   detail::ProcessNoise<Scalar, D> process_noise_;
   [[no_unique_address]] typename detail::EngineOf<Integrator, Scalar, states>::type engine_;
   Estimate<Scalar, states> estimate_;
-  Control control_ = Control::Zero();  // of the last interval, for a sensor that reads it
+  Control control_ = kernel::zeros<Control>();  // of the last interval, for a sensor that reads it
   double time_ = 0;
   Status status_ = Status::ok;
 };

@@ -54,7 +54,7 @@ class Cvode::Engine {
     if (result.status == Status::ok) {
       x = z.template head<n>();
       P = Eigen::Map<const Matrix<double, n, n>>(z.data() + n);
-      if constexpr (Flow::symmetric) P = ((P + P.transpose()) / 2).eval();
+      if constexpr (Flow::symmetric) P = kernel::symmetric_part(P);
       remember(flow, end);
     } else {
       last_.clear();

@@ -59,7 +59,7 @@ class Filter {
   Status reset(const Estimate<Scalar, states>& estimate, double time) {
     estimate_ = estimate;
     time_ = time;
-    control_.setZero();
+    kernel::set_zero(control_);
     status_ = std::isfinite(time) ? check_estimate(rule_, estimate) : Status::invalid_time_step;
     if (status_ == Status::ok && !process_noise_.valid()) status_ = Status::invalid_disturbance_covariance;
     return status_;
@@ -70,7 +70,7 @@ class Filter {
   /// still stands at its old time: predict(dt) to go on without the measurement.
   template <typename S>
   [[nodiscard]] Report<S> step(const S& sensor, const Measurement<S>& y, Scalar dt,
-                               const Control& control = Control::Zero()) {
+                               const Control& control = kernel::zeros<Control>()) {
     Report<S> report;
     report.status = status_;
     if (status_ != Status::ok) return report;
@@ -94,17 +94,17 @@ class Filter {
   template <typename S>
     requires(measurements_of<S> <= 1)  // 0: said nowhere, which step() puts into words
   [[nodiscard]] Report<S> step(const S& sensor, Scalar y, Scalar dt,
-                               const Control& control = Control::Zero()) {
-    return step(sensor, Measurement<S>::Constant(y), dt, control);
+                               const Control& control = kernel::zeros<Control>()) {
+    return step(sensor, kernel::filled<Measurement<S>>(y), dt, control);
   }
   template <typename S>
     requires(measurements_of<S> <= 1)  // 0: said nowhere, which step() puts into words
   [[nodiscard]] Report<S> step(const S& sensor, Scalar y) {
-    return step(sensor, Measurement<S>::Constant(y));
+    return step(sensor, kernel::filled<Measurement<S>>(y));
   }
 
   /// A step without a measurement.
-  [[nodiscard]] Status predict(Scalar dt, const Control& control = Control::Zero()) {
+  [[nodiscard]] Status predict(Scalar dt, const Control& control = kernel::zeros<Control>()) {
     if (status_ != Status::ok) return status_;
     const auto result =
         jml::detail::call_predict(rule_, dynamics_, process_noise_, estimate_, At{time_, dt, control});
@@ -133,7 +133,7 @@ class Filter {
   template <typename S>
     requires(measurements_of<S> <= 1)  // 0: said nowhere, which step() puts into words
   [[nodiscard]] Report<S> update(const S& sensor, Scalar y) {
-    return update(sensor, Measurement<S>::Constant(y));
+    return update(sensor, kernel::filled<Measurement<S>>(y));
   }
 
   [[nodiscard]] Status status() const { return status_; }  ///< of the estimate and the constants of the model
@@ -156,7 +156,7 @@ class Filter {
   [[no_unique_address]] D dynamics_;
   detail::ProcessNoise<Scalar, D> process_noise_;
   Estimate<Scalar, states> estimate_;
-  Control control_ = Control::Zero();  // of the last step, for a sensor that reads it
+  Control control_ = kernel::zeros<Control>();  // of the last step, for a sensor that reads it
   double time_ = 0;
   Status status_ = Status::ok;
 };

@@ -29,7 +29,7 @@ struct LagReport {
   /// accepted_at_rounding. not_converged: no trial had a finite J.
   Status status = Status::ok;
   Verdict gate = Verdict::off;
-  Vector<Scalar, p> innovation = Vector<Scalar, p>::Zero();  ///< y - m(prediction), units of y
+  Vector<Scalar, p> innovation = kernel::zeros<Vector<Scalar, p>>();  ///< y - m(prediction), units of y
   Scalar nis = std::numeric_limits<Scalar>::quiet_NaN();     ///< with a gate only
   int sweeps = 0;
   Scalar cost = std::numeric_limits<Scalar>::quiet_NaN();  ///< J of the window, arrival cost included
@@ -80,7 +80,7 @@ class FixedLag {
   /// Predict over dt, measure y at its end, re-optimise. Arguments as Filter::step.
   template <typename S>
   [[nodiscard]] Report<S> step(const S& sensor, const Measurement<S>& y, Scalar dt,
-                               const Control& control = Control::Zero()) {
+                               const Control& control = kernel::zeros<Control>()) {
     Report<S> report;
     report.status = grow(At{time(), dt, control});
     if (report.status != Status::ok) return report;
@@ -97,17 +97,17 @@ class FixedLag {
   template <typename S>
     requires(measurements_of<S> <= 1)  // 0: said nowhere, which step() puts into words
   [[nodiscard]] Report<S> step(const S& sensor, Scalar y, Scalar dt,
-                               const Control& control = Control::Zero()) {
-    return step(sensor, Measurement<S>::Constant(y), dt, control);
+                               const Control& control = kernel::zeros<Control>()) {
+    return step(sensor, kernel::filled<Measurement<S>>(y), dt, control);
   }
   template <typename S>
     requires(measurements_of<S> <= 1)
   [[nodiscard]] Report<S> step(const S& sensor, Scalar y) {
-    return step(sensor, Measurement<S>::Constant(y));
+    return step(sensor, kernel::filled<Measurement<S>>(y));
   }
 
   /// A step without a measurement.
-  [[nodiscard]] Status predict(Scalar dt, const Control& control = Control::Zero()) {
+  [[nodiscard]] Status predict(Scalar dt, const Control& control = kernel::zeros<Control>()) {
     return grow(At{time(), dt, control});
   }
   [[nodiscard]] Status predict() {
@@ -126,7 +126,7 @@ class FixedLag {
   template <typename S>
     requires(measurements_of<S> <= 1)
   [[nodiscard]] Report<S> update(const S& sensor, Scalar y) {
-    return update(sensor, Measurement<S>::Constant(y));
+    return update(sensor, kernel::filled<Measurement<S>>(y));
   }
 
   /// A measurement that was taken `age` steps ago: it takes its place there, and the window is re-optimised.
@@ -145,7 +145,7 @@ class FixedLag {
   template <typename S>
     requires(measurements_of<S> <= 1)
   [[nodiscard]] Report<S> late(const S& sensor, Scalar y, int age) {
-    return late(sensor, Measurement<S>::Constant(y), age);
+    return late(sensor, kernel::filled<Measurement<S>>(y), age);
   }
 
   [[nodiscard]] Status status() const { return status_; }  ///< of the estimate and the constants of the model
@@ -191,7 +191,7 @@ class FixedLag {
       const auto R = noise_covariance(sensor, x(), at_y);
       if (!is_noise_covariance(R)) return answer(Status::invalid_noise_covariance);
       kernel::SymmetricFactor<Scalar, measurements_of<S>> factor;
-      if (!factor.factor(R + m_x * covariance() * m_x.transpose()))
+      if (!factor.factor(R + m_x * covariance() * kernel::transposed(m_x)))
         return answer(Status::singular_innovation);
       report.nis = factor.squared_norm(report.innovation);
       report.gate = gate.passes(report.nis, measurements_of<S>) ? Verdict::accepted : Verdict::rejected;

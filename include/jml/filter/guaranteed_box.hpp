@@ -43,16 +43,16 @@ struct Guaranteed {
     constexpr Scalar rounding = decltype(memory.shape)::rounding;
     if (!box.bounded()) return Status::state_unbounded;
     const Vector<Scalar, n> x = detail::point_in(box);
-    const detail::Ranges<Scalar, n> whole = detail::ranges(box), point = x.template cast<Range>();
+    const detail::Ranges<Scalar, n> whole = detail::ranges(box), point = kernel::cast<Range>(x);
     const detail::Ranges<Scalar, n> image = dynamics(d, whole, at), centre = dynamics(d, point, at);
     memory.J = dynamics_jacobian(d, whole, at);
     for (int i = 0; i < n * n; ++i) detail::known(memory.J.data()[i]);
     for (int i = 0; i < n; ++i) memory.offset[i] = whole(i) - point(i);
 
     // G (w̄ + w), |w| ≤ ū.
-    detail::Ranges<Scalar, n> push = detail::Ranges<Scalar, n>::Constant(Range(Scalar(0)));
+    detail::Ranges<Scalar, n> push = kernel::filled<detail::Ranges<Scalar, n>>(Range(Scalar(0)));
     Matrix<Scalar, n, q> input;
-    Vector<Scalar, n> mean = Vector<Scalar, n>::Zero(), error = mean;
+    Vector<Scalar, n> mean = kernel::zeros<Vector<Scalar, n>>(), error = mean;
     if constexpr (q > 0) {
       const Vector<Scalar, q> bound = detail::rounded_up(disturbance_bound(d, x, at));
       const Vector<Range, q> known_part = disturbance_mean_over(d, whole, at);

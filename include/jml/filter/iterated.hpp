@@ -76,7 +76,7 @@ void joint_step_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>
 
   const bool noise_valid = process_noise.with(d, prior.x, at, [&](const Matrix<Scalar, n, n>& noise) {
     using Step = JointStep<D, S, Scalar, n, At, SensorAt>;
-    Step step{d, s, prior, noise, y, at, at_y, R, {}, Vector<Scalar, n>::Zero(), {}, {}};
+    Step step{d, s, prior, noise, y, at, at_y, R, {}, kernel::zeros<Vector<Scalar, n>>(), {}, {}};
     if (!step.R_factor.factor(R)) return answer(Status::invalid_noise_covariance);
     if constexpr (has_disturbance_mean<D, Vector<Scalar, n>, At>())
       step.push = prediction - dynamics(d, prior.x, at);

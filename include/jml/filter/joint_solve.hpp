@@ -145,7 +145,7 @@ template <typename Rule, typename Step, typename Scalar>
                                            Root<Step> root) {
   constexpr int n = static_cast<int>(Step::X::RowsAtCompileTime);
   const WhitenedStep<Step, Scalar, n> whitened(step);
-  Vector<Scalar, 2 * n> u = Vector<Scalar, 2 * n>::Zero();
+  Vector<Scalar, 2 * n> u = kernel::zeros<Vector<Scalar, 2 * n>>();
   const SolverReport least_squares = rule.net.minimize(whitened, u);
   root.solver = Rule::Net::solver;
   root.iterations += least_squares.iterations;
@@ -163,7 +163,7 @@ template <typename Rule, typename Step>
   using Scalar = typename Step::X::Scalar;
   const IterationOptions& options = rule.options;
   const Scalar tolerance = options.tolerance > 0 ? Scalar(options.tolerance) : default_tolerance<Scalar>();
-  const Scalar start_cost = start.visit.misfit.dot(start.visit.nu) / Scalar(2);  // (11) at x_s = x̂, w = 0
+  const Scalar start_cost = kernel::dot(start.visit.misfit, start.visit.nu) / Scalar(2);  // (11) at x_s = x̂, w = 0
   const auto judge_cost = [&](Root<Step>& root) __attribute__((always_inline)) {
     root.cost = std::numeric_limits<Scalar>::quiet_NaN();
     if (!usable(root.status) || root.status == Status::accepted_at_limit)

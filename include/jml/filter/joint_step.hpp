@@ -25,15 +25,15 @@ struct Stay {
   }
   template <typename T>
   Matrix<T, n, n> dynamics_jacobian(const Vector<T, n>&) const {
-    return Matrix<T, n, n>::Identity();
+    return kernel::identity<Matrix<T, n, n>>();
   }
   template <typename T>
   Matrix<T, n, n> dynamics_sdc(const Vector<T, n>&) const {
-    return Matrix<T, n, n>::Identity();
+    return kernel::identity<Matrix<T, n, n>>();
   }
   template <typename T>
   Matrix<T, n, n> dynamics_sdc_about(const Vector<T, n>&, const Vector<T, n>&) const {
-    return Matrix<T, n, n>::Identity();
+    return kernel::identity<Matrix<T, n, n>>();
   }
 };
 
@@ -225,18 +225,18 @@ struct JointStep {
     kernel::product(m_xT, v.nu, e);
     // ∂e/∂x_1 = Σ ν_k ∇²m_k - m_xᵀ R⁻¹ m_x
     Matrix<Scalar, p, n> Rm;
-    for (int j = 0; j < n; ++j) Rm.col(j) = R_factor.solve(Vector<Scalar, p>(v.m_x.col(j)));
+    for (int j = 0; j < n; ++j) kernel::set_column(Rm, j, R_factor.solve(kernel::column_of(v.m_x, j)));
     Matrix<Scalar, n, n> slope, block, block2;
     kernel::add_product<-1>(measurement_hessian(sensor, x_1, v.nu, at_y), m_xT, Rm, slope);
     kernel::product(prior.P, dynamics_hessian(dynamics_model, x_s, e, at), block);
-    J.template topLeftCorner<n, n>() = block;
+    kernel::set_block(J, 0, 0, block);
     kernel::product_transposed(prior.P, v.f_x, block);
     kernel::product(block, slope, block2);
-    J.template topRightCorner<n, n>() = block2;
-    J.template bottomLeftCorner<n, n>() = v.f_x;
+    kernel::set_block(J, 0, n, block2);
+    kernel::set_block(J, n, 0, v.f_x);
     kernel::product(noise, slope, block);
-    J.template bottomRightCorner<n, n>() = block;
-    J.diagonal().array() -= Scalar(1);
+    kernel::set_block(J, n, n, block);
+    kernel::add_to_diagonal(J, Scalar(-1));
     return all_finite(J);
   }
 
@@ -248,7 +248,7 @@ struct JointStep {
     kernel::product(kernel::transposed(v.f_x), e, fe);
     kernel::product(prior.P, fe, Pfe);
     kernel::product(noise, e, Ce);
-    return (fe.dot(Pfe) + e.dot(Ce) + v.nu.dot(v.misfit)) / Scalar(2);
+    return (kernel::dot(fe, Pfe) + kernel::dot(e, Ce) + kernel::dot(v.nu, v.misfit)) / Scalar(2);
   }
 };
 

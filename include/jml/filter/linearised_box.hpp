@@ -31,7 +31,7 @@ struct Linearised {
     // Outward by the rounding of these lines and of a linear model's own F x + G w, so that its box stays a
     // guarantee.
     constexpr Scalar rounding = Scalar(n + q + 8) / 2 * std::numeric_limits<Scalar>::epsilon();
-    Vector<Scalar, n> spread = rounding * next.cwiseAbs();
+    Vector<Scalar, n> spread = rounding * kernel::absolute(next);
     kernel::repeat<n>([&](int j) __attribute__((always_inline)) {
       const Scalar wide = reach(j) + rounding * (reach(j) + std::abs(x(j)));
       for (int i = 0; i < n; ++i) spread(i) += std::abs(A(i, j)) * wide;

@@ -95,7 +95,7 @@ struct MeasuredBox {
   bool measure(const S& s, const Ranges<Scalar, n>& box, const Vector<Scalar, p>& y,
                const Vector<Scalar, p>& bound, const At& at) {
     for (int i = 0; i < n; ++i) point(i) = point_in(box(i).low, box(i).high);
-    const Ranges<Scalar, n> here = point.template cast<Interval<Scalar>>();
+    const Ranges<Scalar, n> here = kernel::cast<Interval<Scalar>>(point);
     const Vector<Interval<Scalar>, p> predicted = measurement(s, here, at);
     offset = box - here;
     Vector<Scalar, p> middle;

@@ -26,7 +26,7 @@ template <typename Rule, typename D, typename S, typename Scalar, int n, int p>
                                                 const StepReport<Scalar, n, p>& report) {
   if (!usable(report.status)) return {report.status};
   if (report.gate == Verdict::rejected) return {Status::invalid_measurement};
-  const Matrix<Scalar, n, n> symmetric_part = (prior.P + prior.P.transpose()) / Scalar(2);
+  const Matrix<Scalar, n, n> symmetric_part = kernel::symmetric_part(prior.P);
   if (!is_definite<Definite::positive_or_zero>(symmetric_part)) return {Status::invalid_covariance};
   if constexpr (IteratedRule<Rule>) {
     if (!std::isfinite(report.cost)) return {Status::not_converged};  // accepted_at_limit: no root, no cost
@@ -41,16 +41,16 @@ template <typename Rule, typename D, typename S, typename Scalar, int n, int p>
     if (!S_factor.factor(report.innovation_matrix, detail::noise_units(R)) || !R_factor.factor(R)) {
       return {Status::singular_innovation};
     }
-    const Vector<Scalar, n> lambda = sensor_slot<Rule::D>(rule, s, prediction, prediction, at_y).transpose() *
+    const Vector<Scalar, n> lambda = kernel::transposed(sensor_slot<Rule::D>(rule, s, prediction, prediction, at_y)) *
                                      S_factor.solve(report.innovation);
-    const Vector<Scalar, n> back = dynamics_slot<Rule::B>(rule, d, point, prior.x, at).transpose() * lambda;
+    const Vector<Scalar, n> back = kernel::transposed(dynamics_slot<Rule::B>(rule, d, point, prior.x, at)) * lambda;
     const Vector<Scalar, n> smoothed = prior.x + prior.P * back;
-    OneStepCost<Scalar> cost{Status::ok, back.dot(prior.P * back)};
+    OneStepCost<Scalar> cost{Status::ok, kernel::dot(back, Vector<Scalar, n>(prior.P * back))};
     Vector<Scalar, n> next = dynamics(d, smoothed, at) + (prediction - dynamics(d, prior.x, at));
     const bool valid =
         detail::ProcessNoise<Scalar, D>(d).with(d, prior.x, at, [&](const Matrix<Scalar, n, n>& noise) {
           next += noise * lambda;
-          cost.value += lambda.dot(noise * lambda);
+          cost.value += kernel::dot(lambda, Vector<Scalar, n>(noise * lambda));
         });
     if (!valid) return {Status::invalid_disturbance_covariance};
     cost.value =

@@ -17,7 +17,7 @@ struct Line {
   Line(const Argument<Scalar, p>& start, const Argument<Scalar, p>& end) : from(start), to(end) {}
   Line(Scalar start, Scalar end)
     requires(p == 1)
-      : from(Vector<Scalar, p>::Constant(start)), to(Vector<Scalar, p>::Constant(end)) {}
+      : from(kernel::filled<Vector<Scalar, p>>(start)), to(kernel::filled<Vector<Scalar, p>>(end)) {}
   Vector<Scalar, p> from, to;
 };
 template <typename Scalar, int p>
@@ -51,7 +51,7 @@ template <int p, typename Scalar, typename Y>
 Vector<Scalar, p> as_measurement(const Y& y) {
   if constexpr (std::is_convertible_v<Y, Scalar>) {
     static_assert(p == 1, "jml: a single number for a sensor of several measurements");
-    return Vector<Scalar, p>::Constant(static_cast<Scalar>(y));
+    return kernel::filled<Vector<Scalar, p>>(static_cast<Scalar>(y));
   } else {
     static_assert(
         requires { Vector<Scalar, p>(y); },

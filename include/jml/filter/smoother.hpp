@@ -24,14 +24,14 @@ namespace detail {
 /// The map of a costate from the end of one step to the end of the step before.
 template <typename Scalar, int n>
 struct CostateMap {
-  Matrix<Scalar, n, n> transition = Matrix<Scalar, n, n>::Zero();   // Φᵀ
-  Vector<Scalar, n> score = Vector<Scalar, n>::Zero();              // b
-  Matrix<Scalar, n, n> information = Matrix<Scalar, n, n>::Zero();  // W
+  Matrix<Scalar, n, n> transition = kernel::zeros<Matrix<Scalar, n, n>>();   // Φᵀ
+  Vector<Scalar, n> score = kernel::zeros<Vector<Scalar, n>>();              // b
+  Matrix<Scalar, n, n> information = kernel::zeros<Matrix<Scalar, n, n>>();  // W
 
   void begin(const Matrix<Scalar, n, n>& A) {
     transition = kernel::transposed(A);
-    score.setZero();
-    information.setZero();
+    kernel::set_zero(score);
+    kernel::set_zero(information);
   }
 
   template <int p>
@@ -129,7 +129,7 @@ class Smoother : Filter<detail::KeepingRule<Rule, Scalar, states_of<D>>, D, Scal
   /// Filter::step(); adds a node.
   template <typename S>
   [[nodiscard]] Report<S> step(const S& sensor, const Measurement<S>& y, Scalar dt,
-                               const Control& control = Control::Zero()) {
+                               const Control& control = kernel::zeros<Control>()) {
     return next<Report<S>>([&] { return Forward::step(sensor, y, dt, control); });
   }
   template <typename S>
@@ -139,7 +139,7 @@ class Smoother : Filter<detail::KeepingRule<Rule, Scalar, states_of<D>>, D, Scal
   template <typename S>
     requires(measurements_of<S> <= 1)
   [[nodiscard]] Report<S> step(const S& sensor, Scalar y, Scalar dt,
-                               const Control& control = Control::Zero()) {
+                               const Control& control = kernel::zeros<Control>()) {
     return next<Report<S>>([&] { return Forward::step(sensor, y, dt, control); });
   }
   template <typename S>
@@ -149,7 +149,7 @@ class Smoother : Filter<detail::KeepingRule<Rule, Scalar, states_of<D>>, D, Scal
   }
 
   /// Filter::predict(); adds a node.
-  [[nodiscard]] Status predict(Scalar dt, const Control& control = Control::Zero()) {
+  [[nodiscard]] Status predict(Scalar dt, const Control& control = kernel::zeros<Control>()) {
     return next<Prediction>([&] { return Prediction{Forward::predict(dt, control)}; }).status;
   }
   [[nodiscard]] Status predict() {
@@ -167,7 +167,7 @@ class Smoother : Filter<detail::KeepingRule<Rule, Scalar, states_of<D>>, D, Scal
   template <typename S>
     requires(measurements_of<S> <= 1)
   [[nodiscard]] Report<S> update(const S& sensor, Scalar y) {
-    return update(sensor, Measurement<S>::Constant(y));
+    return update(sensor, kernel::filled<Measurement<S>>(y));
   }
 
   /// Smooths all nodes with all measurements so far; more may follow, and another smooth(). covariance_lost:
@@ -175,8 +175,8 @@ class Smoother : Filter<detail::KeepingRule<Rule, Scalar, states_of<D>>, D, Scal
   [[nodiscard]] Status smooth() {
     if (status() != Status::ok) return status();
     Status answer = Status::ok;
-    State costate = State::Zero();
-    Covariance costate_matrix = Covariance::Zero();
+    State costate = kernel::zeros<State>();
+    Covariance costate_matrix = kernel::zeros<Covariance>();
     for (int k = last_; k > 0; --k) {
       node(k).map.apply(costate, costate_matrix);
       if (!node(k - 1).smooth(costate, costate_matrix)) answer = Status::covariance_lost;
@@ -209,9 +209,9 @@ class Smoother : Filter<detail::KeepingRule<Rule, Scalar, states_of<D>>, D, Scal
       Covariance PL;
       kernel::product(filtered.P, costate_matrix, PL);
       kernel::add_symmetric_product<-1>(filtered.P, PL, filtered.P, smoothed.P);
-      if (all_finite(smoothed.x) && all_finite(smoothed.P) &&
-          (smoothed.P.diagonal().array() >= slack * filtered.P.diagonal().array()).all())
-        return true;
+      bool sound = all_finite(smoothed.x) && all_finite(smoothed.P);
+      for (int i = 0; i < states; ++i) sound &= smoothed.P(i, i) >= slack * filtered.P(i, i);
+      if (sound) return true;
       smoothed = filtered;
       return false;
     }

@@ -18,42 +18,43 @@ struct WhitenedStep {
 
   explicit WhitenedStep(const Step& s)
       : step(s),
-        L(kernel::SemidefiniteFactor<Scalar, n>((s.prior.P + s.prior.P.transpose()) / Scalar(2)).L),
+        L(kernel::SemidefiniteFactor<Scalar, n>(kernel::symmetric_part(s.prior.P)).L),
         B(kernel::SemidefiniteFactor<Scalar, n>(s.noise).L) {}
 
   typename Step::Z point(const Vector<Scalar, 2 * n>& u) const {
     typename Step::Z z;
     Vector<Scalar, n> x_s, x_1;
-    kernel::add_product<1>(step.prior.x, L, Vector<Scalar, n>(u.template head<n>()), x_s);
+    kernel::add_product<1>(step.prior.x, L, kernel::block<n, 1>(u, 0, 0), x_s);
     const Vector<Scalar, n> f = dynamics(step.dynamics_model, x_s, step.at) + step.push;
-    kernel::add_product<1>(f, B, Vector<Scalar, n>(u.template tail<n>()), x_1);
-    z << x_s, x_1;
+    kernel::add_product<1>(f, B, kernel::block<n, 1>(u, n, 0), x_1);
+    Step::join(x_s, x_1, z);
     return z;
   }
 
   bool evaluate(const Vector<Scalar, 2 * n>& u, Vector<Scalar, residuals>& r,
                 Matrix<Scalar, residuals, 2 * n>* J) const {
     const typename Step::Z z = point(u);
-    const Vector<Scalar, n> x_1 = z.template tail<n>();
+    const Vector<Scalar, n> x_1 = Step::next(z);
     Vector<Scalar, p> misfit =
         measurement_residual(step.sensor, step.y, measurement(step.sensor, x_1, step.at_y));
     whiten(misfit);
-    r << u, misfit;
+    kernel::set_block(r, 0, 0, u);
+    kernel::set_block(r, 2 * n, 0, misfit);
     if (J != nullptr) {
       const Matrix<Scalar, n, n> f_x =
-          dynamics_jacobian(step.dynamics_model, Vector<Scalar, n>(z.template head<n>()), step.at);
+          dynamics_jacobian(step.dynamics_model, Step::smoothed(z), step.at);
       const Matrix<Scalar, p, n> m_x = measurement_jacobian(step.sensor, x_1, step.at_y);
       Matrix<Scalar, n, n> fL;
       Matrix<Scalar, p, n> by_a, by_b;
       kernel::product(f_x, L, fL);
       kernel::product(m_x, fL, by_a);
       kernel::product(m_x, B, by_b);
-      J->setZero();
-      J->template topLeftCorner<2 * n, 2 * n>().setIdentity();
+      kernel::set_zero(*J);
+      for (int j = 0; j < 2 * n; ++j) (*J)(j, j) = Scalar(1);
       for (int j = 0; j < 2 * n; ++j) {
-        Vector<Scalar, p> column = -(j < n ? by_a.col(j) : by_b.col(j - n));
+        Vector<Scalar, p> column = j < n ? -kernel::column_of(by_a, j) : -kernel::column_of(by_b, j - n);
         whiten(column);
-        J->template block<p, 1>(2 * n, j) = column;
+        kernel::set_block(*J, 2 * n, j, column);
       }
       if (!all_finite(*J)) return false;
     }

@@ -55,7 +55,7 @@ class WindowMemory<Window, D, Sensors<S...>, Scalar> {
     node(0).instant.time = time;
     Status status = std::isfinite(time) ? check_estimate(Ekf<>{}, estimate) : Status::invalid_time_step;
     if constexpr (Root::constant) {
-      if (!root_.form(dynamics_, X::Zero(), At{}) && status == Status::ok)
+      if (!root_.form(dynamics_, kernel::zeros<X>(), At{}) && status == Status::ok)
         status = Status::invalid_disturbance_covariance;
     }
     if (status == Status::ok) arrive(estimate);
@@ -138,7 +138,7 @@ class WindowMemory<Window, D, Sensors<S...>, Scalar> {
       const Covariance P = forward.P;
       sound = sound && condition(P, later.information, forward.P);
     }
-    return sound ? forward.P : Covariance::Constant(std::numeric_limits<Scalar>::quiet_NaN());
+    return sound ? forward.P : kernel::filled<Covariance>(std::numeric_limits<Scalar>::quiet_NaN());
   }
 
   [[nodiscard]] const D& dynamics() const { return dynamics_; }
@@ -183,7 +183,7 @@ class WindowMemory<Window, D, Sensors<S...>, Scalar> {
   }
 
   void clear(WindowNode& some, const At& at) {
-    some.b[now_].setZero();
+    kernel::set_zero(some.b[now_]);
     some.count = {};
     some.instant = at;
   }
@@ -202,7 +202,7 @@ class WindowMemory<Window, D, Sensors<S...>, Scalar> {
   void advance(int j, Estimate<Scalar, n>& estimate) const {
     const X& x = node(j - 1).x[now_];
     const Covariance A = jacobian(j);
-    Covariance AP, P = Covariance::Zero();
+    Covariance AP, P = kernel::zeros<Covariance>();
     kernel::product(A, estimate.P, AP);
     kernel::add_symmetric_product<1>(P, root(j).B, root(j).B, P);
     kernel::add_symmetric_product<1>(P, AP, A, estimate.P);
@@ -242,7 +242,7 @@ class WindowMemory<Window, D, Sensors<S...>, Scalar> {
   D dynamics_;
   Root root_;  // where it is constant
   Prior<Scalar, n> prior_;
-  Covariance P_ = Covariance::Zero();  // of the prior
+  Covariance P_ = kernel::zeros<Covariance>();  // of the prior
   int first_ = 0, last_ = 0, now_ = 0;
   std::array<WindowNode, static_cast<std::size_t>(size)> nodes_{};
   struct Saved {

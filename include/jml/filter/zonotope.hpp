@@ -27,15 +27,18 @@ class Zonotope {
 
   void reset(const Box<Scalar, n>& box) {
     centre_ = box.centre();
-    axes_ = (box.upper - centre_).cwiseMax(centre_ - box.lower);
-    axes_ += rounding * (axes_ + centre_.cwiseAbs());
-    columns_.setZero();
+    for (int i = 0; i < n; ++i) {
+      const Scalar up = box.upper(i) - centre_(i), down = centre_(i) - box.lower(i);
+      axes_(i) = up > down ? up : down;
+      axes_(i) += rounding * (axes_(i) + std::abs(centre_(i)));
+    }
+    kernel::set_zero(columns_);
   }
 
   [[nodiscard]] const State& centre() const { return centre_; }
   /// Half the width of the smallest box around it.
   [[nodiscard]] State reach() const {
-    State sum = columns_.cwiseAbs().rowwise().sum() + axes_;
+    const State sum = kernel::row_sums(columns_) + axes_;
     return sum + rounding * sum;
   }
 
@@ -46,35 +49,52 @@ class Zonotope {
     static_assert(inputs <= 8 * (n + columns),
                   "jml: more disturbances than the slack for rounding is made for");
     Matrix<Scalar, n, columns + n + inputs> all;
-    const State size = A.cwiseAbs() * reach() + input.cwiseAbs().rowwise().sum();
-    all.template leftCols<columns>().noalias() = A * columns_;
-    all.template middleCols<n>(columns).noalias() = A * axes_.asDiagonal();
-    all.template rightCols<inputs>() = input;
-    axes_ = error + rounding * (size + to.cwiseAbs());
+    const State size = kernel::absolute(A) * reach() + kernel::row_sums(input);
+    Matrix<Scalar, n, columns> moved;
+    kernel::product(A, columns_, moved);
+    kernel::set_block(all, 0, 0, moved);
+    for (int j = 0; j < n; ++j) {
+      for (int i = 0; i < n; ++i) all(i, columns + j) = A(i, j) * axes_(j);
+    }
+    kernel::set_block(all, 0, columns + n, input);
+    axes_ = error + rounding * (size + kernel::absolute(to));
     centre_ = to;
     keep_largest(all, State(size + axes_));
   }
 
   /// Intersects with |offset - h (x - c)| ≤ width; returns by how much it misses, 0 where it does not.
   [[nodiscard]] Scalar intersect(const Vector<Scalar, n>& h, Scalar offset, Scalar width) {
-    const Vector<Scalar, columns> along = columns_.transpose() * h;
-    const State along_axes = axes_.cwiseProduct(h);
-    const Scalar size = along.cwiseAbs().sum() + along_axes.cwiseAbs().sum();
+    const State along_axes = kernel::by_entry(axes_, h);
+    Scalar size = 0, weight = width * width;
+    for (int i = 0; i < n; ++i) {
+      size += std::abs(along_axes(i));
+      weight += along_axes(i) * along_axes(i);
+    }
+    Vector<Scalar, columns> along;
+    for (int j = 0; j < columns; ++j) {
+      along(j) = kernel::dot(kernel::column_of(columns_, j), h);
+      size += std::abs(along(j));
+      weight += along(j) * along(j);
+    }
     const Scalar slack = rounding * (size + std::abs(offset) + width);
     if (!(std::abs(offset) <= size + width + slack)) return std::abs(offset) - size - width;
     if (std::abs(offset) + size <= width) return 0;  // all of it lies in the strip
-    const Scalar weight = along.squaredNorm() + along_axes.squaredNorm() + width * width;
     if (!(weight > Scalar(0))) return 0;
-    const State gain = (columns_ * along + axes_.cwiseProduct(along_axes)) / weight;
+    const State gain = (columns_ * along + kernel::by_entry(axes_, along_axes)) / weight;
     const State before = reach();
 
     Matrix<Scalar, n, columns + n + 1> all;
-    all.template leftCols<columns>() = columns_ - gain * along.transpose();
-    all.template middleCols<n>(columns) = -gain * along_axes.transpose();
-    for (int i = 0; i < n; ++i) all(i, columns + i) += axes_(i);
-    all.col(columns + n) = gain * width;
+    for (int j = 0; j < columns; ++j) {
+      for (int i = 0; i < n; ++i) all(i, j) = columns_(i, j) - gain(i) * along(j);
+    }
+    for (int j = 0; j < n; ++j) {
+      for (int i = 0; i < n; ++i) all(i, columns + j) = -(gain(i) * along_axes(j));
+      all(j, columns + j) += axes_(j);
+    }
+    kernel::set_column(all, columns + n, gain * width);
     centre_ += gain * offset;
-    axes_ = rounding * (before + centre_.cwiseAbs() + gain.cwiseAbs() * (size + std::abs(offset) + width));
+    axes_ = rounding * (before + kernel::absolute(centre_) +
+                        kernel::absolute(gain) * (size + std::abs(offset) + width));
     keep_largest(all, before);
     return 0;
   }
@@ -101,16 +121,16 @@ class Zonotope {
         if (!boxed[j] && (least < 0 || loss[j] < loss[least])) least = j;
       }
       boxed[least] = true;
-      axes_ += all.col(least).cwiseAbs();
+      axes_ += kernel::absolute(kernel::column_of(all, least));
     }
     axes_ += rounding * axes_;
     for (int j = 0, to = 0; j < count; ++j) {
-      if (!boxed[j]) columns_.col(to++) = all.col(j);
+      if (!boxed[j]) kernel::set_column(columns_, to++, kernel::column_of(all, j));
     }
   }
 
-  State centre_ = State::Zero(), axes_ = State::Zero();
-  Matrix<Scalar, n, columns> columns_ = Matrix<Scalar, n, columns>::Zero();
+  State centre_ = kernel::zeros<State>(), axes_ = kernel::zeros<State>();
+  Matrix<Scalar, n, columns> columns_ = kernel::zeros<Matrix<Scalar, n, columns>>();
 };
 
 }  // namespace jml::detail

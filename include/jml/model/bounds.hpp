@@ -24,7 +24,7 @@ template <typename T, int n, typename D, typename At>
     return {};
   } else {
     static_assert(detail::require_shape<Traits::disturbances, 1, decltype(given), Vector<T, n>, At>());
-    return detail::call(given, x, at).template cast<T>();
+    return kernel::cast<T>(detail::call(given, x, at));
   }
 }
 
@@ -39,7 +39,7 @@ template <typename T, int n, typename S, typename At>
   static_assert(detail::Callable<decltype(given), Vector<T, n>, At>,
                 "jml: bounded noise: a sensor needs noise_bound(), p, as (), (x) or (x, at), const");
   static_assert(detail::require_shape<measurements_of<S>, 1, decltype(given), Vector<T, n>, At>());
-  return detail::call(given, x, at).template cast<T>();
+  return kernel::cast<T>(detail::call(given, x, at));
 }
 
 /// True where every entry is finite and zero or positive.
@@ -79,11 +79,11 @@ Vector<Interval<Scalar>, DynamicsTraits<D>::disturbances> disturbance_mean_over(
       "jml: bounded noise: the disturbance's mean reads the state: make disturbance_mean(x) a template "
       "over the scalar, so that it can be enclosed over a box, or use jml::Linearised");
   if constexpr (constant)
-    return given().template cast<Range>();
+    return kernel::cast<Range>(given());
   else if constexpr (!plain && detail::Callable<decltype(given), Vector<Range, n>, At>)
-    return detail::call(given, box, at).template cast<Range>();
+    return kernel::cast<Range>(detail::call(given, box, at));
   else
-    return Vector<Range, Traits::disturbances>::Constant(Range(Scalar(0)));
+    return kernel::filled<Vector<Range, Traits::disturbances>>(Range(Scalar(0)));
 }
 
 /// An enclosure of G over a box, n×q.

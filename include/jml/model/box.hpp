@@ -14,8 +14,8 @@ struct Box {
   static_assert(n >= 0,
                 "jml: how many states a box has must be known at compile time: write "
                 "jml::Box<double, n>{lower, upper} where the bounds have their size at run time");
-  Vector<Scalar, n> lower = Vector<Scalar, n>::Constant(-std::numeric_limits<Scalar>::infinity());
-  Vector<Scalar, n> upper = Vector<Scalar, n>::Constant(std::numeric_limits<Scalar>::infinity());
+  Vector<Scalar, n> lower = kernel::filled<Vector<Scalar, n>>(-std::numeric_limits<Scalar>::infinity());
+  Vector<Scalar, n> upper = kernel::filled<Vector<Scalar, n>>(std::numeric_limits<Scalar>::infinity());
 
   Box() = default;
   Box(const Argument<Scalar, n>& least, const Argument<Scalar, n>& greatest) : lower(least), upper(greatest) {}

@@ -127,7 +127,7 @@ void check_function(ModelReport& report, Finding::Function itself, const Vector<
   if (!require_finite(report, itself, value)) return;
   const Matrix<double, rows, n> given = jacobian(x);
   if (!require_finite(report, Finding::Function::jacobian, given)) return;
-  const Vector<double, rows> none = Vector<double, rows>::Zero();
+  const Vector<double, rows> none = kernel::zeros<Vector<double, rows>>();
   if constexpr (generic) {
     compare(report, Finding::Function::jacobian, Fault::disagrees_with_duals, given,
             derive_jacobian<rows>(f, x), 1e-11, none);
@@ -150,7 +150,7 @@ void check_function(ModelReport& report, Finding::Function itself, const Vector<
     compare(report, Finding::Function::sdc, Fault::breaks_definition, product, change, 1e-12, floor);
   }
   if constexpr (linear) {
-    const Vector<double, n> elsewhere = x * 1.5 + Vector<double, n>::Ones();
+    const Vector<double, n> elsewhere = x * 1.5 + kernel::filled<Vector<double, n>>(1);
     compare(report, Finding::Function::linear, Fault::not_linear,
             Matrix<double, rows, n>(jacobian(elsewhere)), given, 1e-12, none);
   }
@@ -176,7 +176,7 @@ template <Dynamics D, int n, typename At = Instant<double, DynamicsTraits<D>::co
       report, Finding::Function::dynamics, x, f,
       [&](const Vector<double, n>& z) { return dynamics_jacobian(d, z, at); },
       [&](const Vector<double, n>& z) {
-        const Vector<double, n> origin = Vector<double, n>::Zero();
+        const Vector<double, n> origin = kernel::zeros<Vector<double, n>>();
         return Sdc{dynamics_sdc<true>(d, z, origin, at), origin,
                    dynamics(d, z, at) - dynamics(d, origin, at)};
       },
@@ -219,7 +219,7 @@ template <Sensor S, int n, typename At = Instant<double>>
       report, Finding::Function::measurement, x, m,
       [&](const Vector<double, n>& z) { return measurement_jacobian(s, z, at); },
       [&](const Vector<double, n>& z) {
-        const Vector<double, n> origin = Vector<double, n>::Zero();
+        const Vector<double, n> origin = kernel::zeros<Vector<double, n>>();
         const Vector<double, p> here = measurement(s, z, at), there = measurement(s, origin, at);
         return Sdc{measurement_sdc<true>(s, z, origin, at), origin, difference(here, there)};
       },

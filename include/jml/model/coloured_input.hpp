@@ -51,9 +51,9 @@ struct ColouredInput {
   /// [0; G₁].
   auto disturbance_input() const {
     const Instant<double> none;
-    Matrix<double, states, disturbances> G = Matrix<double, states, disturbances>::Zero();
+    Matrix<double, states, disturbances> G = kernel::zeros<Matrix<double, states, disturbances>>();
     G.template bottomRows<inputs>() =
-        jml::disturbance_input(shaping, Vector<double, inputs>(Vector<double, inputs>::Zero()), none);
+        jml::disturbance_input(shaping, Vector<double, inputs>(kernel::zeros<Vector<double, inputs>>()), none);
     return G;
   }
   template <typename Filter = Shaping>
@@ -72,13 +72,13 @@ struct ColouredInput {
  private:
   template <typename T, typename At>
   Vector<T, states> both(const Vector<T, states>& x, const At& at) const {
-    const Vector<T, plant_states> own = x.template head<plant_states>();
-    const Vector<T, inputs> u = x.template tail<inputs>();
+    const Vector<T, plant_states> own = kernel::block<plant_states, 1>(x, 0, 0);
+    const Vector<T, inputs> u = kernel::block<inputs, 1>(x, plant_states, 0);
     const Matrix<T, plant_states, inputs> G = jml::disturbance_input(plant, own, at);
     Vector<T, states> out;
-    out.template head<plant_states>() = jml::dynamics(plant, own, at) + G * u;
-    out.template tail<inputs>() =
-        jml::dynamics(shaping, u, Instant<decltype(at.dt), 0>{.time = at.time, .dt = at.dt});
+    kernel::set_block(out, 0, 0, jml::dynamics(plant, own, at) + G * u);
+    kernel::set_block(out, plant_states, 0,
+                      jml::dynamics(shaping, u, Instant<decltype(at.dt), 0>{.time = at.time, .dt = at.dt}));
     return out;
   }
 };
@@ -124,7 +124,7 @@ struct PlantSensor {
  private:
   template <typename T, typename At>
   Vector<T, measurements> read(const Vector<T, plant_states + inputs>& x, const At& at) const {
-    return jml::measurement(sensor, Vector<T, plant_states>(x.template head<plant_states>()), at);
+    return jml::measurement(sensor, Vector<T, plant_states>(kernel::block<plant_states, 1>(x, 0, 0)), at);
   }
 };
 

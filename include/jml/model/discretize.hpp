@@ -10,8 +10,8 @@
 
 #include <jml/factors.hpp>
 #include <jml/model/concepts.hpp>
+#include <jml/solve/exponential.hpp>
 #include <jml/solve/runge_kutta.hpp>
-#include <unsupported/Eigen/MatrixFunctions>
 
 namespace jml {
 
@@ -92,7 +92,7 @@ class Discretized {
     requires(Gives<T, S>::sdc)
   {
     return carry(x, at, [&](const Vector<T, n>& z, const Instant<S, controls>& then) {
-      return jml::dynamics_sdc<true>(continuous, z, Vector<T, n>(Vector<T, n>::Zero()), then);
+      return jml::dynamics_sdc<true>(continuous, z, Vector<T, n>(kernel::zeros<Vector<T, n>>()), then);
     });
   }
 
@@ -110,31 +110,36 @@ class Discretized {
   {
     const Matrix<S, q, q> Q = jml::disturbance_spectral_density(continuous, x, at);
     if constexpr (!van_loan) {
-      return at.dt > S(0) ? Matrix<S, q, q>(Q / at.dt) : Matrix<S, q, q>(Matrix<S, q, q>::Zero());
+      return at.dt > S(0) ? Matrix<S, q, q>(Q / at.dt) : Matrix<S, q, q>(kernel::zeros<Matrix<S, q, q>>());
     } else {
       const Matrix<S, n, q> G = jml::disturbance_input(continuous, x, at);
       const Matrix<S, n, n> A = jml::dynamics_jacobian(continuous, x, at);
-      // Van Loan on a piece of dt that keeps ‖A‖ short ≤ 1, then doubled: e^{-A dt} must not overflow.
+      const Matrix<S, n, n> AT = kernel::transposed(A), C = G * Q * kernel::transposed(G);
+      // Van Loan on a piece of dt that keeps ‖A‖ short, then doubled: e^{-A dt} must not overflow.
       S length = at.dt;
       int doublings = 0;
-      while (A.cwiseAbs().rowwise().sum().maxCoeff() * length > S(1) && doublings < 60) {
+      const S rate = std::max(kernel::largest_column_sum(A), kernel::largest_column_sum(AT));
+      while (rate * length > S(0.5) && doublings < 60) {
         length /= S(2);
         ++doublings;
       }
-      Matrix<S, 2 * n, 2 * n> H = Matrix<S, 2 * n, 2 * n>::Zero();
-      H.template topLeftCorner<n, n>() = -A * length;
-      H.template topRightCorner<n, n>() = G * Q * G.transpose() * length;
-      H.template bottomRightCorner<n, n>() = A.transpose() * length;
-      const Matrix<S, 2 * n, 2 * n> E = H.exp();
-      Matrix<S, n, n> transition = E.template bottomRightCorner<n, n>().transpose();
-      Matrix<S, n, n> noise = transition * E.template topRightCorner<n, n>();
+      // e^[-A C; 0 Aᵀ] is linear in C, which may have any size: so it is taken of one that is short too.
+      const S size = S(2.5) * kernel::largest_column_sum(C) * length, unit = size > S(0) ? size : S(1);
+      Matrix<S, 2 * n, 2 * n> H = kernel::zeros<Matrix<S, 2 * n, 2 * n>>();
+      kernel::set_block(H, 0, 0, -A * length);
+      kernel::set_block(H, 0, n, C * (length / unit));
+      kernel::set_block(H, n, n, AT * length);
+      const kernel::Exponential<S, 2 * n> exponential(H, kernel::largest_column_sum(H));
+      const Matrix<S, 2 * n, 2 * n>& E = exponential.value();
+      Matrix<S, n, n> transition = kernel::transposed(kernel::block<n, n>(E, n, n));
+      Matrix<S, n, n> noise = unit * (transition * kernel::block<n, n>(E, 0, n));
       for (int i = 0; i < doublings; ++i) {
-        noise = (noise + transition * noise * transition.transpose()).eval();
-        transition = (transition * transition).eval();
+        noise = noise + transition * noise * kernel::transposed(transition);
+        transition = transition * transition;
       }
       // What rounding left indefinite is cut: the result is a covariance, whatever the scales of the states.
-      const Matrix<S, n, n> L = kernel::SemidefiniteFactor<S, n>((noise + noise.transpose()) / S(2)).L;
-      Matrix<S, n, n> out = L * L.transpose();
+      const Matrix<S, n, n> L = kernel::SemidefiniteFactor<S, n>(kernel::symmetric_part(noise)).L;
+      Matrix<S, n, n> out = L * kernel::transposed(L);
       for (int k = 0; k < n; ++k) {
         for (int m = 0; m < k; ++m) out(m, k) = out(k, m);
       }
@@ -153,7 +158,7 @@ class Discretized {
   template <typename T, typename S, typename A>
   Matrix<T, n, n> carry(const Vector<T, n>& x, const Instant<S, controls>& at, const A& a) const {
     using Square = Matrix<T, n, n>;
-    const Square I = Square::Identity();
+    const Square I = kernel::identity<Square>();
     const S h = at.dt;
     if constexpr (std::is_same_v<Integrator, Euler>) {
       return I + h * a(x, stage(at, 0));

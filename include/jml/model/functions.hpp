@@ -78,12 +78,12 @@ Matrix<T, n, DynamicsTraits<D>::disturbances> disturbance_input(const D& d, cons
   };
   if constexpr (detail::Callable<decltype(given), Vector<T, n>, At>) {
     static_assert(detail::require_shape<n, Traits::disturbances, decltype(given), Vector<T, n>, At>());
-    return detail::call(given, x, at).template cast<T>();
+    return kernel::cast<T>(detail::call(given, x, at));
   } else {
     static_assert(Traits::disturbances == n || Traits::disturbances == 0,
                   "jml: the dynamics have fewer disturbances than states: give disturbance_input(), n×q, as "
                   "(), (x) or (x, at), const");
-    return Matrix<T, n, Traits::disturbances>::Identity();
+    return kernel::identity<Matrix<T, n, Traits::disturbances>>();
   }
 }
 
@@ -124,7 +124,7 @@ Matrix<T, DynamicsTraits<D>::disturbances, DynamicsTraits<D>::disturbances> dist
   } else {
     static_assert(detail::require_shape<Traits::disturbances, Traits::disturbances, decltype(given),
                                         Vector<T, n>, At>());
-    return detail::call(given, x, at).template cast<T>();
+    return kernel::cast<T>(detail::call(given, x, at));
   }
 }
 
@@ -143,7 +143,7 @@ Matrix<T, DynamicsTraits<D>::disturbances, DynamicsTraits<D>::disturbances> dist
   } else {
     static_assert(detail::require_shape<Traits::disturbances, Traits::disturbances, decltype(given),
                                         Vector<T, n>, At>());
-    return detail::call(given, x, at).template cast<T>();
+    return kernel::cast<T>(detail::call(given, x, at));
   }
 }
 
@@ -155,7 +155,7 @@ template <typename T, int n, typename D, typename At>
     return Traits::disturbance_mean(d, a...);
   };
   if constexpr (detail::Callable<decltype(mean), Vector<T, n>, At>) {
-    const Vector<T, Traits::disturbances> w = detail::call(mean, x, at).template cast<T>();
+    const Vector<T, Traits::disturbances> w = kernel::cast<T>(detail::call(mean, x, at));
     return dynamics(d, x, at) + disturbance_input(d, x, at) * w;
   } else {
     return dynamics(d, x, at);
@@ -250,7 +250,7 @@ template <typename T, int n, typename S, typename At>
                 "jml: a sensor needs noise_covariance(), p×p, as (), (x) or (x, at), const");
   static_assert(
       detail::require_shape<measurements_of<S>, measurements_of<S>, decltype(given), Vector<T, n>, At>());
-  return detail::call(given, x, at).template cast<T>();
+  return kernel::cast<T>(detail::call(given, x, at));
 }
 
 /// R of a measurement in continuous time, p×p, a two-sided spectral density.
@@ -267,7 +267,7 @@ template <typename T, int n, typename S, typename At>
       "const");
   static_assert(
       detail::require_shape<measurements_of<S>, measurements_of<S>, decltype(given), Vector<T, n>, At>());
-  return detail::call(given, x, at).template cast<T>();
+  return kernel::cast<T>(detail::call(given, x, at));
 }
 
 }  // namespace jml

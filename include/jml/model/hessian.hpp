@@ -15,8 +15,8 @@ template <int rows, typename Scalar, int n, typename Jacobian>
 Matrix<Scalar, n, n> hessian_by_duals(const Jacobian& jacobian, const Vector<Scalar, n>& x,
                                       const Vector<Scalar, rows>& weights) {
   using Along = Dual<Scalar, 1>;
-  Matrix<Scalar, n, n> out = Matrix<Scalar, n, n>::Zero();
-  Vector<Along, n> z = x.template cast<Along>();
+  Matrix<Scalar, n, n> out = kernel::zeros<Matrix<Scalar, n, n>>();
+  Vector<Along, n> z = kernel::cast<Along>(x);
   for (int j = 0; j < n; ++j) {
     z(j).partial[0] = Scalar(1);
     const Matrix<Along, rows, n> J = jacobian(z);
@@ -69,7 +69,10 @@ Matrix<Scalar, n, n> hessian_by_differences(const Jacobian& jacobian, const Vect
     z(j) = x(j) - h;
     const Matrix<Scalar, rows, n> below = jacobian(z);
     z(j) = x(j);
-    for (int i = 0; i < n; ++i) out(i, j) = (above.col(i) - below.col(i)).dot(weights) / (Scalar(2) * h);
+    for (int i = 0; i < n; ++i) {
+      const Vector<Scalar, rows> change = kernel::column_of(above, i) - kernel::column_of(below, i);
+      out(i, j) = kernel::dot(change, weights) / (Scalar(2) * h);
+    }
   }
   return out;
 }

@@ -15,7 +15,7 @@ template <typename Scalar, int controls = 0>
 struct Instant {
   double time = 0;  // always double: a float clock loses 8 ms after a day
   Scalar dt = 0;
-  Argument<Scalar, controls> control = Vector<Scalar, controls>::Zero();
+  Argument<Scalar, controls> control = kernel::zeros<Vector<Scalar, controls>>();
 };
 
 }  // namespace jml

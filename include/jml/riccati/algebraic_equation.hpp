@@ -36,7 +36,7 @@ struct AlgebraicRiccati {
 
 template <typename Scalar, int n1, int n2 = n1>
 struct AlgebraicSolution {
-  Matrix<Scalar, n1, n2> X = Matrix<Scalar, n1, n2>::Zero();
+  Matrix<Scalar, n1, n2> X = kernel::zeros<Matrix<Scalar, n1, n2>>();
   Status status = Status::not_converged;
   Scalar residual = 0;  ///< ‖A X + X B + Q - X S X‖ over the sum of the four terms' norms, in balanced units
   /// Claimed ‖X - true‖/‖X‖: what rounding of the coefficients' last digit can do, and this solver with it.
@@ -66,10 +66,10 @@ struct RiccatiBlocks {
   Matrix<Scalar, n2, n1> S;
 
   explicit RiccatiBlocks(const Matrix<Scalar, n1 + n2, n1 + n2>& K)
-      : A(K.template bottomRightCorner<n1, n1>()),
-        B(-K.template topLeftCorner<n2, n2>()),
-        Q(K.template bottomLeftCorner<n1, n2>()),
-        S(K.template topRightCorner<n2, n1>()) {}
+      : A(kernel::block<n1, n1>(K, n2, n2)),
+        B(-kernel::block<n2, n2>(K, 0, 0)),
+        Q(kernel::block<n1, n2>(K, n2, 0)),
+        S(kernel::block<n2, n1>(K, 0, n2)) {}
 
   /// A₀ = A - X S, B₀ = B - S X, and the residual A₀ X + X B + Q; the answer is the sum of the terms' norms.
   [[gnu::noinline]] Scalar residual(const Matrix<Scalar, n1, n2>& X, Matrix<Scalar, n1, n1>& A0,
@@ -83,13 +83,13 @@ struct RiccatiBlocks {
     kernel::multiply(X, B, XB);
     kernel::multiply(X, SX, XSX);
     R = (AX + Q) + (XB - XSX);
-    return AX.norm() + XB.norm() + Q.norm() + XSX.norm();
+    return kernel::norm(AX) + kernel::norm(XB) + kernel::norm(Q) + kernel::norm(XSX);
   }
 
   /// How much the four terms move when the coefficients move by one, relative to their norms.
   [[nodiscard]] Scalar weight(const Matrix<Scalar, n1, n2>& X) const {
-    const Scalar x = X.norm();
-    return (A.norm() + B.norm() + x * S.norm()) * x + Q.norm();
+    const Scalar x = kernel::norm(X);
+    return (kernel::norm(A) + kernel::norm(B) + x * kernel::norm(S)) * x + kernel::norm(Q);
   }
 
   /// The residual in twice the working precision, rounded once.
@@ -128,13 +128,13 @@ struct BalancedRiccati {
   Vector<Scalar, m> scale;
 
   explicit BalancedRiccati(const AlgebraicRiccati<Scalar, n1, n2>& e) {
-    K.template bottomRightCorner<n1, n1>() = Scalar(e.signs.AX) * e.A;
-    K.template topLeftCorner<n2, n2>() = Scalar(-e.signs.XB) * e.B;
-    K.template bottomLeftCorner<n1, n2>() = Scalar(e.signs.Q) * e.Q;
-    K.template topRightCorner<n2, n1>() = Scalar(-e.signs.XSX) * e.S;
+    kernel::set_block(K, n2, n2, Scalar(e.signs.AX) * e.A);
+    kernel::set_block(K, 0, 0, Scalar(-e.signs.XB) * e.B);
+    kernel::set_block(K, n2, 0, Scalar(e.signs.Q) * e.Q);
+    kernel::set_block(K, 0, n2, Scalar(-e.signs.XSX) * e.S);
     // One factor for X as a whole first: balance() sees none where Q or S is zero.
-    const Scalar q = e.Q.cwiseAbs().maxCoeff(), s = e.S.cwiseAbs().maxCoeff();
-    const Scalar a = e.A.cwiseAbs().maxCoeff() + e.B.cwiseAbs().maxCoeff();
+    const Scalar q = kernel::largest(e.Q), s = kernel::largest(e.S);
+    const Scalar a = kernel::largest(e.A) + kernel::largest(e.B);
     const Scalar up = q > Scalar(0) ? q : a, down = s > Scalar(0) ? s : a;
     int exponent = 0;
     if (up > Scalar(0) && down > Scalar(0) && std::isfinite(up + down) && (q > Scalar(0) || s > Scalar(0))) {
@@ -142,22 +142,30 @@ struct BalancedRiccati {
       if (q > Scalar(0) && s > Scalar(0)) exponent /= 2;
     }
     const Scalar factor = std::ldexp(Scalar(1), exponent);
-    K.template bottomLeftCorner<n1, n2>() /= factor;
-    K.template topRightCorner<n2, n1>() *= factor;
+    for (int i = 0; i < n1; ++i) {
+      for (int j = 0; j < n2; ++j) {
+        K(n2 + i, j) /= factor;
+        K(j, n2 + i) *= factor;
+      }
+    }
     scale = kernel::balance(K);
-    scale.template tail<n1>() *= factor;
+    for (int i = 0; i < n1; ++i) scale(n2 + i) *= factor;
   }
 
   [[nodiscard]] Matrix<Scalar, n1, n2> into(const Matrix<Scalar, n1, n2>& X) const {
-    return scale.template tail<n1>().cwiseInverse().asDiagonal() * X * scale.template head<n2>().asDiagonal();
+    return kernel::scaled_by(kernel::inverse_of_entries(of_rows()), X, of_columns());
   }
   [[nodiscard]] Matrix<Scalar, n1, n2> out_of(const Matrix<Scalar, n1, n2>& X) const {
-    return scale.template tail<n1>().asDiagonal() * X * scale.template head<n2>().cwiseInverse().asDiagonal();
+    return kernel::scaled_by(of_rows(), X, kernel::inverse_of_entries(of_columns()));
   }
   /// What one unit of X here can be at most there.
   [[nodiscard]] Scalar unit() const {
-    return scale.template tail<n1>().maxCoeff() / scale.template head<n2>().minCoeff();
+    return kernel::largest(of_rows()) * kernel::largest(kernel::inverse_of_entries(of_columns()));
   }
+
+ private:
+  [[nodiscard]] Vector<Scalar, n1> of_rows() const { return kernel::block<n1, 1>(scale, n2, 0); }
+  [[nodiscard]] Vector<Scalar, n2> of_columns() const { return kernel::block<n2, 1>(scale, 0, 0); }
 };
 
 }  // namespace detail

@@ -30,14 +30,14 @@ template <typename Scalar, int n1, int n2>
   Matrix<Scalar, n2, n2> B0;
   Scalar terms = k.residual(X, A0, B0, R);
   for (int pass = 0; pass < 2; ++pass) {
-    const auto step = solve_by_doubling(A0, B0, R, k.S, X.norm(), 20);
+    const auto step = solve_by_doubling(A0, B0, R, k.S, kernel::norm(X), 20);
     out.iterations += step.iterations;
     if (!step.converged) return false;
     X += step.Z;
     terms = k.residual(X, A0, B0, R);
-    const Scalar left = R.norm(), weight = k.weight(X);
+    const Scalar left = kernel::norm(R), weight = k.weight(X);
     out.error = step.gain * (left + epsilon * weight);
-    const bool first = pass == 0, hard = out.error > std::cbrt(epsilon) * X.norm();
+    const bool first = pass == 0, hard = out.error > std::cbrt(epsilon) * kernel::norm(X);
     if (left <= (first ? Scalar(4) * epsilon : backward_limit<Scalar, n1 + n2>)*weight && !(first && hard)) {
       out.X = X;
       out.residual = terms > Scalar(0) ? left / terms : Scalar(0);
@@ -57,18 +57,22 @@ template <typename Scalar, int m>
   int columns = 0;
   for (int j = 0; j < dimension; ++j) {
     for (int part = 0; part < (imaginary_too ? 2 : 1) && columns < m; ++part) {
-      Vector<Scalar, m> v = basis.col(j).real();
-      if (part == 1) v = basis.col(j).imag();
-      v.normalize();
+      Vector<Scalar, m> v;
+      for (int i = 0; i < m; ++i) v(i) = part == 1 ? basis(i, j).imag() : basis(i, j).real();
+      v = kernel::normalised(v);
       for (int twice = 0; twice < 2; ++twice) {  // Gram and Schmidt, once more for orthogonality to rounding
-        for (int i = 0; i < columns; ++i) v -= V.col(i).dot(v) * V.col(i);
+        for (int i = 0; i < columns; ++i) {
+          const Vector<Scalar, m> direction = kernel::column_of(V, i);
+          v -= kernel::dot(direction, v) * direction;
+        }
       }
-      v.normalize();
-      V.col(columns++) = v;
+      kernel::set_column(V, columns++, kernel::normalised(v));
     }
   }
   for (int i = 0; i < columns; ++i) {
-    for (int j = 0; j < m; ++j) K.col(j) += V.col(i) * (shift * V(j, i));
+    for (int j = 0; j < m; ++j) {
+      for (int k = 0; k < m; ++k) K(k, j) += V(k, i) * (shift * V(j, i));
+    }
   }
 }
 
@@ -98,20 +102,25 @@ template <typename Scalar, int n1, int n2>
     // Elsewhere than on the axis no answer would stabilise.
     if (std::abs(mean.real()) > Scalar(1000 * m) * epsilon * size) continue;
     mean = Complex(0, real ? Scalar(0) : mean.imag());
-    Matrix<Complex, m, m> singular = K.template cast<Complex>(), right, left;
-    singular.diagonal().array() -= mean;
+    Matrix<Complex, m, m> singular = kernel::cast<Complex>(K), right, left;
+    kernel::add_to_diagonal(singular, -mean);
     constexpr Scalar slack = Scalar(8 * m) * epsilon;
     const int dimension = kernel::null_space(singular, slack, right);
     if (dimension == 0 || 2 * dimension > count) continue;
-    singular.transposeInPlace();
+    singular = kernel::transposed(singular);
     if (kernel::null_space(singular, slack, left) != dimension) continue;
     // Eigenvectors from the left and from the right are orthogonal in a Jordan block, and only there.
     bool defective = true;
     for (int i = 0; i < dimension; ++i) {
       for (int j = 0; j < dimension; ++j) {
         Complex product = 0;
-        for (int l = 0; l < m; ++l) product += left(l, i) * right(l, j);
-        defective &= std::abs(product) <= Scalar(1e-2) * left.col(i).norm() * right.col(j).norm();
+        Scalar left_size = 0, right_size = 0;
+        for (int l = 0; l < m; ++l) {
+          product += left(l, i) * right(l, j);
+          left_size += std::norm(left(l, i));
+          right_size += std::norm(right(l, j));
+        }
+        defective &= std::abs(product) <= Scalar(1e-2) * std::sqrt(left_size) * std::sqrt(right_size);
       }
     }
     if (!defective) continue;
@@ -128,11 +137,13 @@ template <typename Scalar, int n1, int n2>
                                      Matrix<Scalar, n1, n2>& X) {
   using Complex = std::complex<Scalar>;
   // X U11 = U21, transposed for an elimination from the left.
-  Matrix<Complex, n2, n2> U11 = schur.U().template topLeftCorner<n2, n2>().transpose();
-  Matrix<Complex, n2, n1> W = schur.U().template bottomLeftCorner<n1, n2>().transpose();
-  const Scalar largest = U11.cwiseAbs().maxCoeff();
+  Matrix<Complex, n2, n2> U11 = kernel::transposed(kernel::block<n2, n2>(schur.U(), 0, 0));
+  Matrix<Complex, n2, n1> W = kernel::transposed(kernel::block<n1, n2>(schur.U(), n2, 0));
+  const Scalar largest = kernel::largest(U11);
   const Scalar pivot = largest * kernel::eliminate(U11, W);
-  X = W.transpose().real();
+  for (int j = 0; j < n2; ++j) {
+    for (int i = 0; i < n1; ++i) X(i, j) = W(j, i).real();
+  }
   return pivot > Scalar(256 * (n1 + n2)) * std::numeric_limits<Scalar>::epsilon();
 }
 
@@ -143,7 +154,7 @@ template <typename Scalar, int n1, int n2>
   constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon(), rounding = Scalar(100 * m) * epsilon;
   const auto answer = [&out](Status status) { out.status = status; };
   Matrix<Scalar, m, m> K = balanced.K;
-  const Scalar size = K.norm(), critical = Scalar(8) * std::sqrt(std::sqrt(epsilon)) * size;
+  const Scalar size = kernel::norm(K), critical = Scalar(8) * std::sqrt(std::sqrt(epsilon)) * size;
   kernel::OrderedSchur<Scalar, m> schur;
   Scalar gap = 0;
   out.shifted = false;
@@ -170,24 +181,24 @@ template <typename Scalar, int n1, int n2>
   bool converged = false;
   for (int pass = 0; pass < 2; ++pass) {
     terms = k.residual(X, A0, B0, R);
-    const auto step = solve_by_doubling(A0, B0, k.accurate_residual(X), k.S, X.norm(), 60);
+    const auto step = solve_by_doubling(A0, B0, k.accurate_residual(X), k.S, kernel::norm(X), 60);
     out.iterations += step.iterations;
     if (!step.converged) break;
     X += step.Z;
     gain = step.gain;
     converged = true;
-    if (step.Z.norm() <= Scalar(1e-3) * std::sqrt(epsilon) * X.norm()) break;
+    if (kernel::norm(step.Z) <= Scalar(1e-3) * std::sqrt(epsilon) * kernel::norm(X)) break;
   }
   R = original.accurate_residual(X);
-  out.residual = terms > Scalar(0) ? R.norm() / terms : Scalar(0);
+  out.residual = terms > Scalar(0) ? kernel::norm(R) / terms : Scalar(0);
   const Scalar weight = original.weight(X);
-  out.error = gain * (R.norm() + epsilon * weight);
+  out.error = gain * (kernel::norm(R) + epsilon * weight);
   // Not critical to rounding: the shifted equation's X is one of a neighbour.
-  if (out.shifted && R.norm() > Scalar(4) * epsilon * weight) out.error += std::sqrt(R.norm() / k.S.norm());
+  if (out.shifted && kernel::norm(R) > Scalar(4) * epsilon * weight) out.error += std::sqrt(kernel::norm(R) / kernel::norm(k.S));
   const bool solved =
-      converged && R.norm() <= (out.shifted ? std::sqrt(epsilon) : backward_limit<Scalar, m>)*weight;
+      converged && kernel::norm(R) <= (out.shifted ? std::sqrt(epsilon) : backward_limit<Scalar, m>)*weight;
   // A singular U11 may stand for a large X; then all that follows is sound. Else it was an unseen mode.
-  if (!regular && !(solved && out.error <= Scalar(1e-2) * X.norm()))
+  if (!regular && !(solved && out.error <= Scalar(1e-2) * kernel::norm(X)))
     return answer(Status::no_stabilizing_solution);
   if (!solved) return answer(gap > critical ? Status::not_converged : Status::eigenvalues_on_axis);
   out.X = X;
@@ -199,11 +210,11 @@ template <typename Scalar, int n1, int n2>
 void finish(const AlgebraicRiccati<Scalar, n1, n2>& equation, const BalancedRiccati<Scalar, n1, n2>& balanced,
             AlgebraicSolution<Scalar, n1, n2>& out) {
   if (!usable(out.status)) {
-    out.X.setZero();
+    kernel::set_zero(out.X);
     return;
   }
   out.X = balanced.out_of(out.X);
-  const Scalar norm = out.X.norm();
+  const Scalar norm = kernel::norm(out.X);
   out.error *= balanced.unit();
   if (norm > Scalar(0)) out.error = out.error / norm + std::numeric_limits<Scalar>::epsilon();
   if constexpr (n1 == n2) {

@@ -19,15 +19,15 @@ namespace jml::detail {
 /// V about the nominal state of one node.
 template <typename Scalar, int n>
 struct CostToGo {
-  Matrix<Scalar, n, n> information = Matrix<Scalar, n, n>::Zero();  // Λ
-  Vector<Scalar, n> slope = Vector<Scalar, n>::Zero();              // λ
+  Matrix<Scalar, n, n> information = kernel::zeros<Matrix<Scalar, n, n>>();  // Λ
+  Vector<Scalar, n> slope = kernel::zeros<Vector<Scalar, n>>();              // λ
 };
 
 /// The feedback law δb = offset + gain δ of one step.
 template <typename Scalar, int n, int q>
 struct Feedback {
-  Vector<Scalar, q> offset = Vector<Scalar, q>::Zero();
-  Matrix<Scalar, q, n> gain = Matrix<Scalar, q, n>::Zero();
+  Vector<Scalar, q> offset = kernel::zeros<Vector<Scalar, q>>();
+  Matrix<Scalar, q, n> gain = kernel::zeros<Matrix<Scalar, q, n>>();
 };
 
 /// What a whole backward pass adds up.
@@ -59,7 +59,7 @@ void add_robust_measurement(const Matrix<Scalar, p, n>& m_x, const kernel::Symme
                             CostToGo<Scalar, n>& v) {
   CostToGo<Scalar, n> plain;
   add_measurement(m_x, R, residual, plain);
-  v.information += slope * plain.information - bend * plain.slope * plain.slope.transpose();
+  v.information += slope * plain.information - bend * (plain.slope * kernel::transposed(plain.slope));
   v.slope += slope * plain.slope;
 }
 
@@ -78,7 +78,7 @@ template <typename Scalar, int n, int q>
   if constexpr (q > 0) {
     Matrix<Scalar, n, q> U, half, scaled, right;
     kernel::product(v.information, B, U);
-    Matrix<Scalar, q, q> C = Matrix<Scalar, q, q>::Zero();
+    Matrix<Scalar, q, q> C = kernel::zeros<Matrix<Scalar, q, q>>();
     kernel::repeat<q>([&](int i) __attribute__((always_inline)) { C(i, i) = Scalar(1) + damping; });
     kernel::add_symmetric_transposed_product<1>(C, B, U, C);
     kernel::SymmetricFactor<Scalar, q> factor;
@@ -93,19 +93,19 @@ template <typename Scalar, int n, int q>
       sums.cost += b(i) * b(i) / Scalar(2);
     });
     if (spread != nullptr) {
-      for (int j = 0; j < q; ++j) spread->col(j) = factor.solve(Matrix<Scalar, q, q>::Identity().col(j));
+      for (int j = 0; j < q; ++j) kernel::set_column(*spread, j, factor.solve(kernel::column_of(kernel::identity<Matrix<Scalar, q, q>>(), j)));
     }
     kernel::add_symmetric_product<-1>(v.information, scaled, half, rest);
     kernel::add_product<-1>(slope, U, k, slope);
-    const Matrix<Scalar, q, n> none = Matrix<Scalar, q, n>::Zero();
+    const Matrix<Scalar, q, n> none = kernel::zeros<Matrix<Scalar, q, n>>();
     kernel::add_transposed_product<-1>(none, right, A, law.gain);
   } else {
     kernel::assign(rest, v.information);
   }
   Matrix<Scalar, n, n> restA;
   kernel::product(rest, A, restA);
-  const Matrix<Scalar, n, n> none = Matrix<Scalar, n, n>::Zero();
-  const Vector<Scalar, n> zero = Vector<Scalar, n>::Zero();
+  const Matrix<Scalar, n, n> none = kernel::zeros<Matrix<Scalar, n, n>>();
+  const Vector<Scalar, n> zero = kernel::zeros<Vector<Scalar, n>>();
   kernel::add_symmetric_transposed_product<1>(none, A, restA, v.information);
   kernel::add_transposed_product<1>(zero, A, slope, v.slope);
   return regular;
@@ -118,13 +118,13 @@ bool condition(const Matrix<Scalar, n, n>& P, const Matrix<Scalar, n, n>& inform
                Matrix<Scalar, n, n>& out) {
   const Matrix<Scalar, n, n> L = kernel::SemidefiniteFactor<Scalar, n>(P).L;
   const Matrix<Scalar, n, n> LT = kernel::transposed(L);
-  Matrix<Scalar, n, n> LTi, C = Matrix<Scalar, n, n>::Identity(), half, scaled, right;
+  Matrix<Scalar, n, n> LTi, C = kernel::identity<Matrix<Scalar, n, n>>(), half, scaled, right;
   kernel::product(LT, information, LTi);
   kernel::add_symmetric_product<1>(C, LTi, LT, C);
   kernel::SymmetricFactor<Scalar, n> factor;
   if (!factor.factor(C)) return false;
   factor.right_solve(L, half, scaled, right);
-  const Matrix<Scalar, n, n> none = Matrix<Scalar, n, n>::Zero();
+  const Matrix<Scalar, n, n> none = kernel::zeros<Matrix<Scalar, n, n>>();
   kernel::add_symmetric_product<1>(none, scaled, half, out);
   return all_finite(out);
 }

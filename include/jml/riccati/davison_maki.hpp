@@ -39,8 +39,8 @@ namespace detail {
 template <typename Scalar, int n>
 struct RadonFlow {
   static constexpr int m = 2 * n;
-  Matrix<Scalar, m, m> H = Matrix<Scalar, m, m>::Zero();
-  Vector<Scalar, m> c = Vector<Scalar, m>::Zero(), ramp = Vector<Scalar, m>::Zero();
+  Matrix<Scalar, m, m> H = kernel::zeros<Matrix<Scalar, m, m>>();
+  Vector<Scalar, m> c = kernel::zeros<Vector<Scalar, m>>(), ramp = kernel::zeros<Vector<Scalar, m>>();
   Scalar norm = 0;  ///< of H, balanced
 
   /// The first of `pieces` equal parts.
@@ -65,7 +65,7 @@ struct RadonFlow {
     const Matrix<Scalar, n, n> E21 = E.template block<n, n>(n, 0), E22 = E.template block<n, n>(n, n);
     kernel::add_product<1>(E11, E12, P, X);
     kernel::add_product<1>(E21, E22, P, Y);
-    Vector<Scalar, n> r = v.template head<n>(), q = v.template tail<n>();
+    Vector<Scalar, n> r = kernel::block<n, 1>(v, 0, 0), q = kernel::block<n, 1>(v, n, 0);
     kernel::add_product<1>(r, E12, x, r);
     kernel::add_product<1>(q, E22, x, q);
     out.distance = 0;
@@ -75,7 +75,7 @@ struct RadonFlow {
       out.distance = sum > out.distance ? sum : out.distance;
     }
     kernel::GeneralFactor<Scalar, n> factor;
-    if (!factor.factor(X, Vector<Scalar, n>::Ones())) return false;
+    if (!factor.factor(X, kernel::filled<Vector<Scalar, n>>(1))) return false;
     bool negative = false;
     for (int k = 0; k < n; ++k) {
       negative ^= factor.inverse_diagonal(k) < Scalar(0);
@@ -97,7 +97,7 @@ bool damps(const RiccatiCoefficients<Scalar, n, p>& at, const Matrix<Scalar, p, 
   kernel::product(P, D, PD);
   Matrix<Scalar, p, p> feedback;
   kernel::product(at.E, PD, feedback);
-  const Matrix<Scalar, p, p> symmetric_part = (feedback + feedback.transpose()) / Scalar(2);
+  const Matrix<Scalar, p, p> symmetric_part = kernel::symmetric_part(feedback);
   return is_definite<Definite::positive_or_zero>(symmetric_part);
 }
 
@@ -129,38 +129,38 @@ template <typename Flow>
       return status;
 
     Radon radon;
-    radon.H.template block<n, n>(0, 0) = -at.B.transpose();
-    radon.H.template block<n, n>(n, 0) = at.noise;
-    radon.H.template block<n, n>(n, n) = at.A;
+    kernel::set_block(radon.H, 0, 0, -kernel::transposed(at.B));
+    kernel::set_block(radon.H, n, 0, at.noise);
+    kernel::set_block(radon.H, n, n, at.A);
     {  // a = f - A x, y - e = y - m + E x, at the midpoint
       X affine;
       kernel::add_product<-1>(drift, at.A, between, affine);
-      radon.c.template tail<n>() = affine;
+      kernel::set_block(radon.c, n, 0, affine);
     }
     if constexpr (p > 0) {
       Square WE;
       kernel::product(at.W, at.E, WE);
-      radon.H.template block<n, n>(0, n) = WE;
+      kernel::set_block(radon.H, 0, n, WE);
       kernel::add_product<1>(innovation, at.E, between, innovation);
       X pull;
       kernel::product(at.W, innovation, pull);
-      radon.c.template head<n>() = -pull;
+      kernel::set_block(radon.c, 0, 0, X(-pull));
       // y moves from its value at the start to that at the end, by way of the midpoint
       const Vector<Scalar, p> change = measurement_residual(
           flow.sensor(), Vector<Scalar, p>(flow.measured_at(start + static_cast<double>(h))),
           flow.measured_at(start));
       kernel::product(at.W, change, pull);
-      radon.ramp.template head<n>() = -pull;
+      kernel::set_block(radon.ramp, 0, 0, X(-pull));
       radon.c -= radon.ramp / Scalar(2);
     }
     radon.H *= h;
     radon.c *= h;
     radon.ramp *= h;
-    radon.norm = radon.H.cwiseAbs().colwise().sum().maxCoeff();
+    radon.norm = kernel::largest_column_sum(radon.H);
     if (radon.norm > reach) {
       Matrix<Scalar, m, m> balanced = radon.H;
       (void)kernel::balance(balanced);
-      radon.norm = balanced.cwiseAbs().colwise().sum().maxCoeff();
+      radon.norm = kernel::largest_column_sum(balanced);
     }
     if (!(radon.norm <= reach * Scalar(method.max_pieces)))
       return std::isfinite(radon.norm) ? Status::step_limit : Status::dynamics_not_finite;
@@ -177,8 +177,8 @@ template <typename Flow>
     const auto walk = [&](const Radon& whole, int parts, const auto& otherwise) {
       const Radon part = whole.part(parts);
       const kernel::Exponential<Scalar, m> exponential(part.H, part.norm);
-      Vector<Scalar, m> v = exponential.phi1(part.c), step_v = Vector<Scalar, m>::Zero();
-      if (part.ramp != Vector<Scalar, m>::Zero()) {
+      Vector<Scalar, m> v = exponential.phi1(part.c), step_v = kernel::zeros<Vector<Scalar, m>>();
+      if (part.ramp != kernel::zeros<Vector<Scalar, m>>()) {
         v += exponential.phi2(part.ramp);
         step_v = exponential.phi1(part.ramp);
       }
@@ -202,7 +202,7 @@ template <typename Flow>
       return walk(piece, 16, [](const Radon&) { return Status::riccati_escape; });
     });
     if (status != Status::ok) return status;
-    if constexpr (Flow::symmetric) P = ((P + P.transpose()) / Scalar(2)).eval();
+    if constexpr (Flow::symmetric) P = kernel::symmetric_part(P);
   }
   report.steps = method.substeps;
   report.evaluations = 2L * method.substeps;

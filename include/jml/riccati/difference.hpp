@@ -44,7 +44,11 @@ Vector<Scalar, p> noise_units(const Matrix<Scalar, p, p>& R) {
   if constexpr (p == 1)
     return R;
   else
-    return R.diagonal().cwiseSqrt();
+  {
+    Vector<Scalar, p> units;
+    for (int i = 0; i < p; ++i) units(i) = std::sqrt(R(i, i));
+    return units;
+  }
 }
 
 /// K and P⁺ from N: the algebra of one correction, for slots D and E (p×n).
@@ -228,7 +232,7 @@ template <typename Rule, typename Scalar, int n>
   if (!all_finite(estimate.x)) return Status::invalid_state;
   if (!all_finite(estimate.P)) return Status::invalid_covariance;
   if (Rule::symmetric && !is_symmetric(estimate.P)) return Status::invalid_covariance;
-  const Matrix<Scalar, n, n> symmetric_part = (estimate.P + estimate.P.transpose()) / Scalar(2);
+  const Matrix<Scalar, n, n> symmetric_part = kernel::symmetric_part(estimate.P);
   return is_definite<Definite::positive_or_zero>(symmetric_part) ? Status::ok : Status::invalid_covariance;
 }
 

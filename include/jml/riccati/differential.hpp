@@ -24,8 +24,8 @@ namespace jml {
 template <typename Scalar, int n, int p>
 struct FlowReport {
   Status status = Status::ok;
-  Vector<Scalar, p> innovation = Vector<Scalar, p>::Zero();  ///< y - m(x̂) at the start of the interval
-  Matrix<Scalar, n, p> gain = Matrix<Scalar, n, p>::Zero();  ///< K = P Dᵀ R⁻¹ there, unit of x per y and s
+  Vector<Scalar, p> innovation = kernel::zeros<Vector<Scalar, p>>();  ///< y - m(x̂) at the start of the interval
+  Matrix<Scalar, n, p> gain = kernel::zeros<Matrix<Scalar, n, p>>();  ///< K = P Dᵀ R⁻¹ there, unit of x per y and s
   long steps = 0;                                            ///< of the integrator
   long evaluations = 0;                                      ///< of the differential equations
 };
@@ -202,7 +202,7 @@ class Flow {
             Scalar(1) / (noise_.R(0, 0) / ahead + (feedback(0, 0) > Scalar(0) ? feedback(0, 0) : Scalar(0)));
         kernel::add_scaled(out, out, inverse * innovation(0), PD);
       } else {
-        const Matrix<Scalar, p, p> sum = noise_.R / ahead + (feedback + feedback.transpose()) / Scalar(2);
+        const Matrix<Scalar, p, p> sum = noise_.R / ahead + kernel::symmetric_part(feedback);
         kernel::SymmetricFactor<Scalar, p> factor;
         const Vector<Scalar, p> weighted = factor.factor(sum)
                                                ? factor.solve(innovation)
@@ -251,7 +251,7 @@ class Flow {
 
   /// a R + b sym(E P Dᵀ) is positive definite.
   [[nodiscard]] bool positive(Scalar a, Scalar b) const {
-    const Matrix<Scalar, p, p> sum = a * noise_.R + (b / Scalar(2)) * (feedback_ + feedback_.transpose());
+    const Matrix<Scalar, p, p> sum = a * noise_.R + b * kernel::symmetric_part(feedback_);
     kernel::SymmetricFactor<Scalar, p> factor;
     return factor.factor(sum);
   }

@@ -138,11 +138,11 @@ template <typename Flow, typename Out>
     using T = Dual<Scalar, n>;
     const auto now = flow.at(time);
     const Vector<T, n> z = seed(x);
-    const Matrix<T, n, n> P_dual = P.template cast<T>();
+    const Matrix<T, n, n> P_dual = kernel::cast<T>(P);
     Vector<T, n> dx = predicted_state(flow.dynamics(), z, now);
     const Matrix<T, n, n> A = dynamics_slot<Rule::A>(flow.rule(), flow.dynamics(), z, z, now);
     const Matrix<T, n, n> B = dynamics_slot<Rule::B>(flow.rule(), flow.dynamics(), z, z, now);
-    Matrix<T, n, n> dP = A * P_dual + P_dual * B.transpose();
+    Matrix<T, n, n> dP = A * P_dual + P_dual * kernel::transposed(B);
     if constexpr (p > 0) {
       const Matrix<T, p, n> slot_d = sensor_slot<Rule::D>(flow.rule(), flow.sensor(), z, z, now);
       const Matrix<T, p, n> slot_e = sensor_slot<Rule::E>(flow.rule(), flow.sensor(), z, z, now);
@@ -152,7 +152,7 @@ template <typename Flow, typename Out>
         misfit(i) = T(innovation(i));
         for (int k = 0; k < n; ++k) misfit(i).partial[k] = -m(i).partial[k];
       }
-      const Matrix<T, n, p> K = P_dual * slot_d.transpose() * flow.information().template cast<T>();
+      const Matrix<T, n, p> K = P_dual * kernel::transposed(slot_d) * kernel::cast<T>(flow.information());
       dx += K * misfit;
       dP -= K * (slot_e * P_dual);
     }

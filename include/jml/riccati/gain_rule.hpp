@@ -40,11 +40,11 @@ struct GainRule {
   template <typename Scalar, int n>
   constexpr Vector<Scalar, n> reference_point(const Vector<Scalar, n>& estimate) const {
     if constexpr (about_origin)
-      return Vector<Scalar, n>::Zero();
+      return kernel::zeros<Vector<Scalar, n>>();
     else if constexpr (about_estimate)
       return estimate;
     else
-      return reference.point.template cast<Scalar>();
+      return kernel::cast<Scalar>(reference.point);
   }
 };
 

@@ -53,8 +53,8 @@ class MeasurementNoise {
     if constexpr (p == 1) {
       inverse = factor.inverse_diagonal;
     } else {
-      for (int j = 0; j < p; ++j) inverse.col(j) = factor.solve(Square::Identity().col(j));
-      inverse = ((inverse + inverse.transpose()) / Scalar(2)).eval();
+      for (int j = 0; j < p; ++j) kernel::set_column(inverse, j, factor.solve(kernel::column_of(kernel::identity<Square>(), j)));
+      inverse = kernel::symmetric_part(inverse);
     }
     return true;
   }

@@ -19,8 +19,8 @@ struct NoiseRoot {
   /// The same at every state and time.
   static constexpr bool constant = ProcessNoise<Scalar, D>::constant && !has_mean;
 
-  Matrix<Scalar, n, q> B = Matrix<Scalar, n, q>::Zero();
-  Vector<Scalar, n> push = Vector<Scalar, n>::Zero();
+  Matrix<Scalar, n, q> B = kernel::zeros<Matrix<Scalar, n, q>>();
+  Vector<Scalar, n> push = kernel::zeros<Vector<Scalar, n>>();
 
   /// L with L Lᵀ = Q, q×q: w = L b. False where Q is no covariance.
   static bool root_of_covariance(const D& d, const X& x, const At& at, Matrix<Scalar, q, q>& L) {

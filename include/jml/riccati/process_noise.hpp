@@ -41,7 +41,7 @@ class ProcessNoise {
                  (identity_input || requires(const D& d) { Traits::disturbance_input(d); }));
 
   explicit ProcessNoise(const D& d) {
-    if constexpr (constant) valid_ = form(d, X::Zero(), At{}, noise_);
+    if constexpr (constant) valid_ = form(d, kernel::zeros<X>(), At{}, noise_);
   }
 
   /// False where a constant Q is no covariance.
@@ -64,7 +64,7 @@ class ProcessNoise {
 
  private:
   static bool form(const D& d, const X& x, const At& at, Matrix<Scalar, n, n>& out) {
-    out.setZero();
+    kernel::set_zero(out);
     if constexpr (q > 0) {
       Matrix<Scalar, q, q> Q;
       if constexpr (continuous)

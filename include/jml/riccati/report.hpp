@@ -23,18 +23,18 @@ template <typename Scalar, int n, int p>
 struct StepReport {
   Status status = Status::ok;
   Verdict gate = Verdict::off;
-  Vector<Scalar, p> innovation = Vector<Scalar, p>::Zero();  ///< y - m(prediction), units of y
+  Vector<Scalar, p> innovation = kernel::zeros<Vector<Scalar, p>>();  ///< y - m(prediction), units of y
   Matrix<Scalar, p, p> innovation_matrix =
-      Matrix<Scalar, p, p>::Zero();  ///< S = R + E N Dᵀ of the correction; an iterated rule: the EKF\'s, at
+      kernel::zeros<Matrix<Scalar, p, p>>();  ///< S = R + E N Dᵀ of the correction; an iterated rule: the EKF\'s, at
                                      ///< the prediction
-  Matrix<Scalar, n, p> gain = Matrix<Scalar, n, p>::Zero();  ///< K = P⁺ Dᵀ R⁻¹
+  Matrix<Scalar, n, p> gain = kernel::zeros<Matrix<Scalar, n, p>>();  ///< K = P⁺ Dᵀ R⁻¹
   // Of an iterated rule only:
   Solver solver = Solver::none;
   int iterations = 0;  ///< sweeps or steps of all solvers together
   Scalar residual =
       0;  ///< of the two ground-truth lines over the state scale; accepted_at_limit: before the last sweep
   Scalar cost = 0;  ///< one-step criterion (11) at the root; may be negative where sym(P) is indefinite
-  Vector<Scalar, n> smoothed = Vector<Scalar, n>::Zero();  ///< x_{i/i+1}: the previous state, seen from here;
+  Vector<Scalar, n> smoothed = kernel::zeros<Vector<Scalar, n>>();  ///< x_{i/i+1}: the previous state, seen from here;
                                                            ///< of a correction alone x itself
 
   /// Normalised innovation squared, innovationᵀ sym(S)⁻¹ innovation. NaN where sym(S) is not positive
@@ -42,7 +42,7 @@ struct StepReport {
   [[nodiscard]] Scalar nis() const {
     kernel::SymmetricFactor<Scalar, p> factor;
     const Matrix<Scalar, p, p> symmetric_part =
-        (innovation_matrix + innovation_matrix.transpose()) / Scalar(2);
+        kernel::symmetric_part(innovation_matrix);
     if (!factor.factor(symmetric_part)) return std::numeric_limits<Scalar>::quiet_NaN();
     return factor.squared_norm(innovation);
   }

@@ -171,7 +171,7 @@ class Campaign {
       flight.resize(scenario.steps);
       flight.dt = scenario.dt;
       flight.measured_at_start = detail::measured_at_start(scenario);
-      flight.guess.setZero();
+      kernel::set_zero(flight.guess);
       CounterNoise noise(campaign.options.seed, static_cast<std::uint64_t>(run));
       scenario.fly(noise, flight);
       const auto steps = static_cast<std::size_t>(scenario.steps);

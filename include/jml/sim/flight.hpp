@@ -21,15 +21,15 @@ struct Flight {
   std::vector<Vector<double, p>> y;              ///< 1 … steps, and 0 where measured at the start
   std::vector<Vector<double, controls>> control; /**< 0 … steps - 1; [k] is held from sample k to k + 1 */
   /// For the factories of estimators, where the scenario draws an initial guess; never read by the campaign.
-  Vector<double, n> guess = Vector<double, n>::Zero();
+  Vector<double, n> guess = kernel::zeros<Vector<double, n>>();
 
   /// Sizes for `count` steps, everything zero.
   void resize(int count) {
     const auto size = static_cast<std::size_t>(count);
     steps = count;
-    truth.assign(size + 1, Vector<double, n>::Zero());
-    y.assign(size + 1, Vector<double, p>::Zero());
-    control.assign(size, Vector<double, controls>::Zero());
+    truth.assign(size + 1, kernel::zeros<Vector<double, n>>());
+    y.assign(size + 1, kernel::zeros<Vector<double, p>>());
+    control.assign(size, kernel::zeros<Vector<double, controls>>());
   }
   [[nodiscard]] double time(int k) const { return k * dt; }  ///< s, of sample k
 };
@@ -69,7 +69,7 @@ class TrueDynamics {
 
  public:
   TrueDynamics(const D& d, const Kind& kind) : d_(d), kind_(kind) {
-    if constexpr (std::is_same_v<Kind, GaussianNoise> && Root::constant) form(X::Zero(), At{});
+    if constexpr (std::is_same_v<Kind, GaussianNoise> && Root::constant) form(kernel::zeros<X>(), At{});
   }
 
   X next(const X& x, const At& at, CounterNoise& noise) {
@@ -121,7 +121,7 @@ class TrueSensor {
 
  public:
   TrueSensor(const S& s, const Kind& kind) : s_(s), kind_(kind) {
-    if constexpr (std::is_same_v<Kind, GaussianNoise> && constant) form(X::Zero(), At{});
+    if constexpr (std::is_same_v<Kind, GaussianNoise> && constant) form(kernel::zeros<X>(), At{});
   }
 
   Vector<double, p> measure(const X& x, const At& at, CounterNoise& noise) {
@@ -153,7 +153,7 @@ class TrueSensor {
 
   const S& s_;
   const Kind& kind_;
-  Matrix<double, p, p> L_ = Matrix<double, p, p>::Zero();
+  Matrix<double, p, p> L_ = kernel::zeros<Matrix<double, p, p>>();
 };
 
 }  // namespace detail

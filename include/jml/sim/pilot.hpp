@@ -73,8 +73,8 @@ class Pilot {
   struct Answer {
     Report report{};
     Status predicted = Status::ok;
-    X x = X::Zero();
-    Matrix<Scalar, n, n> P = Matrix<Scalar, n, n>::Zero();
+    X x = kernel::zeros<X>();
+    Matrix<Scalar, n, n> P = kernel::zeros<Matrix<Scalar, n, n>>();
     Box<Scalar, n> box{};
     double cost = std::numeric_limits<double>::quiet_NaN();
   };
@@ -96,7 +96,7 @@ class Pilot {
     row.nis = row.cost = std::numeric_limits<double>::quiet_NaN();
     if constexpr (requires(const Y& y) { filter.update(scenario_.sensor, y); }) {
       if (flight.measured_at_start) {
-        const Y y = flight.y[0].template cast<Scalar>();
+        const Y y = kernel::cast<Scalar>(flight.y[0]);
         const auto start = Clock::now();
         const auto report = filter.update(scenario_.sensor, y);
         inside_ns += ns_since(start);
@@ -119,8 +119,8 @@ class Pilot {
     for (;; ++k) {
       const auto index = static_cast<std::size_t>(k);
       Answer& answer = answers_[static_cast<std::size_t>(k - first)];
-      const Y y = flight.y[index].template cast<Scalar>();
-      const Control control = flight.control[index - 1].template cast<Scalar>();
+      const Y y = kernel::cast<Scalar>(flight.y[index]);
+      const Control control = kernel::cast<Scalar>(flight.control[index - 1]);
       answer.report = step_with(filter, scenario_.sensor, y, dt, control);
       answer.predicted = Status::ok;
       if (!usable(answer.report.status))
@@ -160,11 +160,11 @@ class Pilot {
     if constexpr (one_step) {
       const Instant<Scalar, Control::RowsAtCompileTime> at{
           flight.time(k - 1), static_cast<Scalar>(flight.dt),
-          Control(flight.control[index - 1].template cast<Scalar>())};
+          Control(kernel::cast<Scalar>(flight.control[index - 1]))};
       if (!row.refused) {
         row.cost =
             static_cast<double>(one_step_cost(filter.rule(), filter.dynamics(), scenario_.sensor, prior_,
-                                              Y(flight.y[index].template cast<Scalar>()), at, answer.report)
+                                              Y(kernel::cast<Scalar>(flight.y[index])), at, answer.report)
                                     .value);
       }
       prior_ = {answer.x, answer.P};
@@ -182,7 +182,7 @@ class Pilot {
   }
 
   void place(const Answer& answer, const Vector<double, n>& truth, CampaignRow<n>& row) const {
-    row.x = answer.x.template cast<double>();
+    row.x = kernel::cast<double>(answer.x);
     row.truth = truth;
     row.error = row.x - truth;
     if constexpr (requires { scenario_.error(row.x, truth); })
@@ -190,10 +190,10 @@ class Pilot {
     else
       row.scalar_error = row.error.norm();
     row.nees = std::numeric_limits<double>::quiet_NaN();
-    if constexpr (has_P || has_covariance) row.nees = nees(row.error, answer.P.template cast<double>());
+    if constexpr (has_P || has_covariance) row.nees = nees(row.error, kernel::cast<double>(answer.P));
     if constexpr (boxed) {
-      row.box.lower = answer.box.lower.template cast<double>();
-      row.box.upper = answer.box.upper.template cast<double>();
+      row.box.lower = kernel::cast<double>(answer.box.lower);
+      row.box.upper = kernel::cast<double>(answer.box.upper);
     }
   }
 

@@ -73,8 +73,8 @@ class Anderson {
     return even + odd;
   }
 
-  Z last_f_ = Z::Zero(), last_g_ = Z::Zero(), newer_f_ = Z::Zero(), newer_g_ = Z::Zero(),
-    older_f_ = Z::Zero(), older_g_ = Z::Zero();
+  Z last_f_ = kernel::zeros<Z>(), last_g_ = kernel::zeros<Z>(), newer_f_ = kernel::zeros<Z>(), newer_g_ = kernel::zeros<Z>(),
+    older_f_ = kernel::zeros<Z>(), older_g_ = kernel::zeros<Z>();
   int calls_ = 0;
 };
 

@@ -17,7 +17,7 @@ namespace jml::kernel {
 template <typename Scalar, int n>
 inline Vector<Scalar, n> balance(Matrix<Scalar, n, n>& H, int sweeps = 6) {
   constexpr int widest = std::numeric_limits<Scalar>::max_exponent / 4;  // no scale may overflow
-  Vector<Scalar, n> scale = Vector<Scalar, n>::Ones();
+  Vector<Scalar, n> scale = kernel::filled<Vector<Scalar, n>>(1);
   bool changed = true;
   for (int sweep = 0; sweep < sweeps && changed; ++sweep) {
     changed = false;
@@ -35,8 +35,8 @@ inline Vector<Scalar, n> balance(Matrix<Scalar, n, n>& H, int sweeps = 6) {
       const Scalar up = std::ldexp(Scalar(1), exponent), down = std::ldexp(Scalar(1), -exponent);
       const Scalar next = scale(i) * up;
       if (!std::isfinite(next) || !(next >= std::numeric_limits<Scalar>::min())) continue;
-      H.row(i) *= down;
-      H.col(i) *= up;
+      for (int j = 0; j < n; ++j) H(i, j) *= down;
+      for (int j = 0; j < n; ++j) H(j, i) *= up;
       scale(i) = next;
       changed = true;
     }

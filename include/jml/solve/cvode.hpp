@@ -175,7 +175,7 @@ class CvodeSolver {
     SUNNonlinearSolver fixed_point = nullptr;
     SUNMatrix matrix = nullptr;
     SUNLinearSolver linear = nullptr;
-    State z = State::Zero();
+    State z = kernel::zeros<State>();
     double reached = std::numeric_limits<double>::quiet_NaN();
     const void* equations = nullptr;
     Status (*derivative)(const void*, double, const double*, double*) = nullptr;

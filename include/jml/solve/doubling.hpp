@@ -33,7 +33,7 @@ namespace kernel {
 /// sqrt(‖M‖₁ ‖M‖_∞), not less than the 2-norm.
 template <typename Scalar, int rows, int cols>
 inline Scalar norm_bound(const Matrix<Scalar, rows, cols>& M) {
-  return std::sqrt(M.cwiseAbs().colwise().sum().maxCoeff() * M.cwiseAbs().rowwise().sum().maxCoeff());
+  return std::sqrt(largest_column_sum(M) * largest(row_sums(M)));
 }
 
 template <typename Scalar, int rows, int inner, int cols>
@@ -65,31 +65,31 @@ template <typename Scalar, int n1, int n2>
   constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
   constexpr int m = n1 + n2;
   DoublingResult<Scalar, n1, n2> out;
-  out.Z.setZero();
+  kernel::set_zero(out.Z);
   // γ between the slow and the fast: the geometric mean of all moduli.
-  const Scalar largest_a = A.cwiseAbs().maxCoeff(), largest_b = B.cwiseAbs().maxCoeff();
+  const Scalar largest_a = kernel::largest(A), largest_b = kernel::largest(B);
   const Scalar floor = Scalar(1e-4) * (largest_a > largest_b ? largest_a : largest_b);
   const Scalar gamma = std::sqrt(kernel::mean_modulus(A, floor) * kernel::mean_modulus(B, floor));
   if (!(gamma > Scalar(0)) || !std::isfinite(gamma)) return out;
 
   // [γ-B S; -R γ-A]⁻¹ = [V⁻¹ …; … W⁻¹] holds the four starting matrices.
-  Matrix<Scalar, m, m> K, inverse = Matrix<Scalar, m, m>::Identity();
-  K.template topLeftCorner<n2, n2>() = -B;
-  K.template topRightCorner<n2, n1>() = S;
-  K.template bottomLeftCorner<n1, n2>() = -R;
-  K.template bottomRightCorner<n1, n1>() = -A;
-  K.diagonal().array() += gamma;
+  Matrix<Scalar, m, m> K, inverse = kernel::identity<Matrix<Scalar, m, m>>();
+  kernel::set_block(K, 0, 0, -B);
+  kernel::set_block(K, 0, n2, S);
+  kernel::set_block(K, n2, 0, -R);
+  kernel::set_block(K, n2, n2, -A);
+  kernel::add_to_diagonal(K, gamma);
   if (!(kernel::eliminate(K, inverse) > epsilon)) return out;
   const Scalar twice = Scalar(2) * gamma;
-  Matrix<Scalar, n2, n2> E = -twice * inverse.template topLeftCorner<n2, n2>();
-  Matrix<Scalar, n2, n1> G = twice * inverse.template topRightCorner<n2, n1>();
-  Matrix<Scalar, n1, n2> H = twice * inverse.template bottomLeftCorner<n1, n2>();
-  Matrix<Scalar, n1, n1> F = -twice * inverse.template bottomRightCorner<n1, n1>();
+  Matrix<Scalar, n2, n2> E = -twice * kernel::block<n2, n2>(inverse, 0, 0);
+  Matrix<Scalar, n2, n1> G = twice * kernel::block<n2, n1>(inverse, 0, n2);
+  Matrix<Scalar, n1, n2> H = twice * kernel::block<n1, n2>(inverse, n2, 0);
+  Matrix<Scalar, n1, n1> F = -twice * kernel::block<n1, n1>(inverse, n2, n2);
   // ‖Σ F^i (2γ W⁻¹ R V⁻¹) E^i‖, the powers from 2^k to 2^(k+1) taken as the first of them
   const Scalar first = kernel::norm_bound(E) * kernel::norm_bound(F) / twice;
   Scalar sum = 1, power = 1;
-  E.diagonal().array() += Scalar(1);
-  F.diagonal().array() += Scalar(1);
+  kernel::add_to_diagonal(E, Scalar(1));
+  kernel::add_to_diagonal(F, Scalar(1));
 
   Scalar norm_e = kernel::norm_bound(E), norm_f = kernel::norm_bound(F);
   Matrix<Scalar, n2, n2> M, T1, next_e;
@@ -103,7 +103,7 @@ template <typename Scalar, int n1, int n2>
   for (; out.iterations < max_iterations; ++out.iterations) {
     sum += power * norm_e * norm_f;
     power *= Scalar(2);
-    M.setIdentity();
+    M = kernel::identity<Matrix<Scalar, n2, n2>>();
     kernel::add_product<-1>(M, G, H, M);
     T1 = E;
     T2 = G;
@@ -121,7 +121,7 @@ template <typename Scalar, int n1, int n2>
     const Scalar last_e = norm_e, last_f = norm_f;
     norm_e = kernel::norm_bound(E);
     norm_f = kernel::norm_bound(F);
-    const Scalar norm_h = H.norm();
+    const Scalar norm_h = kernel::norm(H);
     if (!std::isfinite(norm_e + norm_f + norm_h)) return out;
     // Z - H = F Z C^(2^k), and C^(2^k) is E up to a bounded factor.
     if (norm_e * norm_f * norm_h <= epsilon / Scalar(4) * (size + norm_h) && norm_e * norm_f < Scalar(0.1) &&

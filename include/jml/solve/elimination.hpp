@@ -21,8 +21,8 @@ template <typename T, int n, int... cols>
                                                                Matrix<T, n, cols>&... right) {
   using Real = typename Eigen::NumTraits<T>::Real;
   using std::abs;
-  const Real largest = M.cwiseAbs().maxCoeff();
-  Real smallest = largest;
+  const Real most = largest(M);
+  Real smallest = most;
   for (int k = 0; k < n; ++k) {
     int best = k;
     Real size = abs(M(k, k));
@@ -35,22 +35,22 @@ template <typename T, int n, int... cols>
     if (!(size > Real(0)) || !(size <= std::numeric_limits<Real>::max())) return Real(0);
     if (size < smallest) smallest = size;
     if (best != k) {
-      M.row(k).swap(M.row(best));
-      (right.row(k).swap(right.row(best)), ...);
+      swap_rows(M, k, best);
+      (swap_rows(right, k, best), ...);
     }
-    const Vector<T, n> column = M.col(k);
+    const Vector<T, n> column = column_of(M, k);
     const T inverse = T(1) / column(k);
     const auto clear = [&](auto& m, int first, int count) {
       for (int j = first; j < count; ++j) {
         const T factor = m(k, j) * inverse;
-        m.col(j) -= column * factor;
+        for (int i = 0; i < n; ++i) m(i, j) -= column(i) * factor;
         m(k, j) = factor;
       }
     };
     clear(M, k + 1, n);
     (clear(right, 0, cols), ...);
   }
-  return smallest / largest;
+  return smallest / most;
 }
 
 /// The geometric mean of the moduli of M's eigenvalues, |det M|^(1/n), each pivot taken as at least `least`.
@@ -62,12 +62,14 @@ template <typename Scalar, int n>
     for (int i = k + 1; i < n; ++i) {
       if (std::abs(M(i, k)) > std::abs(M(best, k))) best = i;
     }
-    if (best != k) M.row(k).swap(M.row(best));
+    if (best != k) swap_rows(M, k, best);
     const Scalar size = std::abs(M(k, k));
     log_sum += std::log(size > least ? size : least);
     if (!(size > Scalar(0))) continue;
-    for (int j = k + 1; j < n; ++j)
-      M.col(j).tail(n - k - 1) -= M.col(k).tail(n - k - 1) * (M(k, j) / M(k, k));
+    for (int j = k + 1; j < n; ++j) {
+      const Scalar factor = M(k, j) / M(k, k);
+      for (int i = k + 1; i < n; ++i) M(i, j) -= M(i, k) * factor;
+    }
   }
   return std::exp(log_sum / Scalar(n));
 }
@@ -81,7 +83,7 @@ template <typename T, int n>
   using std::abs;
   int order[n];
   for (int j = 0; j < n; ++j) order[j] = j;
-  const Real floor = slack * M.cwiseAbs().maxCoeff();
+  const Real floor = slack * largest(M);
   int rank = 0;
   for (; rank < n; ++rank) {
     const int k = rank;
@@ -95,17 +97,17 @@ template <typename T, int n>
       }
     }
     if (!(abs(M(row, col)) > floor)) break;
-    M.row(k).swap(M.row(row));
-    M.col(k).swap(M.col(col));
+    swap_rows(M, k, row);
+    swap_columns(M, k, col);
     std::swap(order[k], order[col]);
-    const Vector<T, n> column = M.col(k);
+    const Vector<T, n> column = column_of(M, k);
     for (int j = k + 1; j < n; ++j) {
       const T factor = M(k, j) / column(k);
-      M.col(j) -= column * factor;
+      for (int i = 0; i < n; ++i) M(i, j) -= column(i) * factor;
       M(k, j) = factor;
     }
   }
-  basis.setZero();
+  kernel::set_zero(basis);
   for (int j = rank; j < n; ++j) {
     for (int i = 0; i < rank; ++i) basis(order[i], j - rank) = -M(i, j);
     basis(order[j], j - rank) = T(1);

@@ -82,7 +82,7 @@ class Exponential {
       lu += b[4] * fourth_;
       odd_ += b[5] * fourth_;
     } else {
-      fourth_.setZero();
+      kernel::set_zero(fourth_);
     }
     if (degree > 5) {
       Square sixth;

@@ -25,33 +25,35 @@ struct LevenbergMarquardt {
     Matrix<Scalar, rows, size> J;
     kernel::SymmetricFactor<Scalar, size> factor;
     if (!problem.evaluate(u, r, &J)) return report;
-    Scalar cost = r.squaredNorm(), damping = Scalar(1e-4), growth = 2;
+    Scalar cost = kernel::squared_norm(r), damping = Scalar(1e-4), growth = 2;
     for (; report.iterations < max_iterations; ++report.iterations) {
       const Matrix<Scalar, size, rows> JT = kernel::transposed(J);
       Vector<Scalar, size> gradient;
       Matrix<Scalar, size, size> normal;
       kernel::product(JT, r, gradient);
       kernel::product(JT, J, normal);
+      Scalar trace = 0;
+      for (int i = 0; i < size; ++i) trace += normal(i, i);
       const Scalar floor =
-          std::numeric_limits<Scalar>::epsilon() * (Scalar(1) + std::sqrt(cost)) * std::sqrt(normal.trace());
-      if (gradient.norm() <= floor) {
+          std::numeric_limits<Scalar>::epsilon() * (Scalar(1) + std::sqrt(cost)) * std::sqrt(trace);
+      if (kernel::norm(gradient) <= floor) {
         report.converged = true;
         break;
       }
-      const Vector<Scalar, size> diagonal = normal.diagonal();
-      normal.diagonal() += damping * diagonal;
+      const Vector<Scalar, size> diagonal = kernel::diagonal(normal);
+      for (int i = 0; i < size; ++i) normal(i, i) += damping * diagonal(i);
       if (!factor.factor(normal)) break;
       const Vector<Scalar, size> step = -factor.solve(gradient);
       Vector<Scalar, rows> trial;
       const Vector<Scalar, size> there = u + step;
       const bool defined = all_finite(step) &&
                            problem.evaluate(there, trial, static_cast<Matrix<Scalar, rows, size>*>(nullptr));
-      const Scalar predicted = step.dot(damping * diagonal.cwiseProduct(step) - gradient);
-      const Scalar ratio = defined ? (cost - trial.squaredNorm()) / predicted : Scalar(-1);
+      const Scalar predicted = kernel::dot(step, Vector<Scalar, size>(damping * kernel::by_entry(diagonal, step) - gradient));
+      const Scalar ratio = defined ? (cost - kernel::squared_norm(trial)) / predicted : Scalar(-1);
       if (ratio > Scalar(0)) {
         u = there;
         if (!problem.evaluate(u, r, &J)) return report;
-        cost = r.squaredNorm();
+        cost = kernel::squared_norm(r);
         const Scalar t = Scalar(2) * ratio - Scalar(1);
         damping *= std::max(Scalar(1) / Scalar(3), Scalar(1) - t * t * t);
         growth = 2;

@@ -24,17 +24,17 @@ template <typename System, typename Scalar, int size>
   SolverReport report;
   Vector<Scalar, size> r;
   if (!system.residual(z, r)) return report;
-  const Vector<Scalar, size> unit = system.unit(), inverse_unit = unit.cwiseInverse();
+  const Vector<Scalar, size> unit = system.unit(), inverse_unit = kernel::inverse_of_entries(unit);
   Scalar best = system.scaled(r);
   Matrix<Scalar, size, size> J;
   kernel::GeneralFactor<Scalar, size> factor;
   for (; report.iterations < max_iterations; ++report.iterations) {
     if (best <= tolerance) break;
     if (!system.jacobian(z, J)) return report;
-    J = inverse_unit.asDiagonal() * J * unit.asDiagonal();  // free of units, as the pivot test asks
-    if (!factor.factor(J, Vector<Scalar, size>::Ones())) return report;
+    J = kernel::scaled_by(inverse_unit, J, unit);  // free of units, as the pivot test asks
+    if (!factor.factor(J, kernel::filled<Vector<Scalar, size>>(1))) return report;
     const Vector<Scalar, size> direction =
-        unit.cwiseProduct(factor.solve(Vector<Scalar, size>(inverse_unit.cwiseProduct(r))));
+        kernel::by_entry(unit, factor.solve(kernel::by_entry(inverse_unit, r)));
     bool better = false;
     Scalar damping = 1;
     for (int halvings = 0; halvings < 24 && !better; ++halvings, damping /= Scalar(2)) {

@@ -38,27 +38,33 @@ class OrderedSchur {
  private:
   // T = Uᵀ H U with zeros below the subdiagonal.
   void reduce(const Matrix<Scalar, m, m>& H) {
-    Matrix<Scalar, m, m> T = H, U = Matrix<Scalar, m, m>::Identity();
+    Matrix<Scalar, m, m> T = H, U = kernel::identity<Matrix<Scalar, m, m>>();
     for (int k = 0; k + 2 < m; ++k) {
-      Vector<Scalar, m> v = T.col(k);
+      Vector<Scalar, m> v = kernel::column_of(T, k);
       for (int i = 0; i <= k; ++i) v(i) = 0;
-      const Scalar length = v.stableNorm();
-      if (!(length > Scalar(0))) continue;
-      v /= length;
+      if (!(kernel::largest(v) > Scalar(0))) continue;
+      v = kernel::normalised(v);
       v(k + 1) += v(k + 1) < Scalar(0) ? Scalar(-1) : Scalar(1);
-      const Scalar factor = Scalar(2) / v.squaredNorm();
-      for (int j = k; j < m; ++j) T.col(j) -= v * (factor * v.dot(T.col(j)));
+      const Scalar factor = Scalar(2) / kernel::squared_norm(v);
+      for (int j = k; j < m; ++j) {
+        const Scalar along = factor * kernel::dot(v, kernel::column_of(T, j));
+        for (int i = 0; i < m; ++i) T(i, j) -= v(i) * along;
+      }
       const auto from_the_right = [&](Matrix<Scalar, m, m>& M) {
-        Vector<Scalar, m> w = Vector<Scalar, m>::Zero();
-        for (int j = k + 1; j < m; ++j) w += M.col(j) * (factor * v(j));
-        for (int j = k + 1; j < m; ++j) M.col(j) -= w * v(j);
+        Vector<Scalar, m> w = kernel::zeros<Vector<Scalar, m>>();
+        for (int j = k + 1; j < m; ++j) {
+          for (int i = 0; i < m; ++i) w(i) += M(i, j) * (factor * v(j));
+        }
+        for (int j = k + 1; j < m; ++j) {
+          for (int i = 0; i < m; ++i) M(i, j) -= w(i) * v(j);
+        }
       };
       from_the_right(T);
       from_the_right(U);
       for (int i = k + 2; i < m; ++i) T(i, k) = 0;
     }
-    T_ = T.template cast<Complex>();
-    U_ = U.template cast<Complex>();
+    T_ = kernel::cast<Complex>(T);
+    U_ = kernel::cast<Complex>(U);
   }
 
   bool iterate() {

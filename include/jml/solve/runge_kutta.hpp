@@ -31,8 +31,8 @@ template <typename Flow>
   typename Flow::Report first;  // a local: a store through a reference would make the model's numbers unknown
   for (int step = 0; step < method.substeps; ++step) {
     const double start = time + static_cast<double>(h) * step;
-    typename Flow::X at_x, sum_x, slope_x = Flow::X::Zero();
-    typename Flow::Square at_P, sum_P, slope_P = Flow::Square::Zero();
+    typename Flow::X at_x, sum_x, slope_x = kernel::zeros<typename Flow::X>();
+    typename Flow::Square at_P, sum_P, slope_P = kernel::zeros<typename Flow::Square>();
     Status status = Status::ok;
     kernel::assign(at_x, x);
     kernel::assign(at_P, P);

@@ -1,0 +1,404 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Fixed-size vectors and matrices (Eigen's), and their sums and products as values.
+///
+/// Inside the library a + b of two matrices of one fixed size is a matrix, made by a loop, and not an Eigen
+/// expression: each new type of expression costs the compiler as much as a page of plain code, and a filter
+/// met a hundred of them. A user's own code, outside namespace jml, keeps Eigen's operators.
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+#include <cstring>
+#include <type_traits>
+#include <utility>
+
+#ifdef __FAST_MATH__
+#error "jml: -ffast-math removes the checks for NaN; compile without it"
+#endif
+
+// The loops here are short and of constant length: written out, their numbers stay in registers.
+#if defined(__GNUC__) && !defined(__clang__)
+#define JML_UNROLL _Pragma("GCC unroll 9")
+#else
+#define JML_UNROLL
+#endif
+
+namespace jml {
+
+template <typename Scalar, int rows, int cols>
+using Matrix = Eigen::Matrix<Scalar, rows, cols>;
+
+template <typename Scalar, int rows>
+using Vector = Eigen::Matrix<Scalar, rows, 1>;
+
+namespace kernel {
+
+/// f(0), f(1), …, f(count - 1): written out up to `limit`, so that the optimiser sees single numbers in
+/// registers where it would else see an array in a loop; a loop for more.
+template <int count, int limit = 3, typename F>
+[[gnu::always_inline]] inline void repeat(const F& f) {
+  if constexpr (count <= limit) {
+    [&]<int... i>(std::integer_sequence<int, i...>)
+        __attribute__((always_inline)) { (f(i), ...); }(std::make_integer_sequence<int, count>{});
+  } else {
+    for (int i = 0; i < count; ++i) f(i);
+  }
+}
+
+/// to = from, number by number where they are few: a packet would pin them to the stack.
+template <typename Scalar, int rows, int cols>
+[[gnu::always_inline]] inline void assign(Matrix<Scalar, rows, cols>& to,
+                                          const Matrix<Scalar, rows, cols>& from) {
+  if constexpr (rows * cols <= 9) {
+    repeat<rows * cols, 9>([&](int i) __attribute__((always_inline)) { to.data()[i] = from.data()[i]; });
+  } else {
+    to = from;
+  }
+}
+
+/// to = factor · from, likewise.
+template <typename Scalar, int rows, int cols>
+[[gnu::always_inline]] inline void scale(Matrix<Scalar, rows, cols>& to, Scalar factor,
+                                         const Matrix<Scalar, rows, cols>& from) {
+  if constexpr (rows * cols <= 9) {
+    repeat<rows * cols, 9>([&](int i)
+                               __attribute__((always_inline)) { to.data()[i] = factor * from.data()[i]; });
+  } else {
+    to = factor * from;
+  }
+}
+
+/// to = start + factor · from, likewise. `to` may be `start`.
+template <typename Scalar, int rows, int cols>
+[[gnu::always_inline]] inline void add_scaled(Matrix<Scalar, rows, cols>& to,
+                                              const Matrix<Scalar, rows, cols>& start, Scalar factor,
+                                              const Matrix<Scalar, rows, cols>& from) {
+  if constexpr (rows * cols <= 9) {
+    repeat<rows * cols, 9>([&](int i) __attribute__((always_inline)) {
+      to.data()[i] = start.data()[i] + factor * from.data()[i];
+    });
+  } else {
+    to = start + factor * from;
+  }
+}
+
+/// 0, rows×cols: kernel::zeros<Matrix<double, 2, 2>>().
+template <typename M>
+[[nodiscard, gnu::always_inline]] inline M zeros() {
+  M out;
+  JML_UNROLL for (int i = 0; i < int(M::SizeAtCompileTime); ++i) out.data()[i] = typename M::Scalar(0);
+  return out;
+}
+
+/// Every entry `value`.
+template <typename M>
+[[nodiscard, gnu::always_inline]] inline M filled(typename M::Scalar value) {
+  M out;
+  JML_UNROLL for (int i = 0; i < int(M::SizeAtCompileTime); ++i) out.data()[i] = value;
+  return out;
+}
+
+/// I, n×n.
+template <typename M>
+[[nodiscard, gnu::always_inline]] inline M identity() {
+  M out = zeros<M>();
+  JML_UNROLL for (int i = 0; i < int(M::RowsAtCompileTime); ++i) out(i, i) = typename M::Scalar(1);
+  return out;
+}
+
+template <typename Scalar, int rows, int cols, int options>
+[[gnu::always_inline]] inline void set_zero(Eigen::Matrix<Scalar, rows, cols, options>& a) {
+  JML_UNROLL for (int i = 0; i < rows * cols; ++i) a.data()[i] = Scalar(0);
+}
+
+/// aᵀ.
+template <typename Scalar, int rows, int cols>
+[[nodiscard, gnu::always_inline]] inline Matrix<Scalar, cols, rows> transposed(
+    const Matrix<Scalar, rows, cols>& a) {
+  Matrix<Scalar, cols, rows> out;
+  JML_UNROLL for (int j = 0; j < cols; ++j) {
+    JML_UNROLL for (int i = 0; i < rows; ++i) out(j, i) = a(i, j);
+  }
+  return out;
+}
+
+/// (a + aᵀ)/2.
+template <typename Scalar, int n>
+[[nodiscard]] inline Matrix<Scalar, n, n> symmetric_part(const Matrix<Scalar, n, n>& a) {
+  Matrix<Scalar, n, n> out;
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i < n; ++i) out(i, j) = (a(i, j) + a(j, i)) / Scalar(2);
+  }
+  return out;
+}
+
+/// aᵀ b of two vectors.
+template <typename Scalar, int n>
+[[nodiscard, gnu::always_inline]] inline Scalar dot(const Vector<Scalar, n>& a, const Vector<Scalar, n>& b) {
+  Scalar sum(0);
+  JML_UNROLL for (int i = 0; i < n; ++i) sum += a(i) * b(i);
+  return sum;
+}
+
+/// Σ a_ij².
+template <typename Scalar, int rows, int cols>
+[[nodiscard, gnu::always_inline]] inline Scalar squared_norm(const Matrix<Scalar, rows, cols>& a) {
+  Scalar sum(0);
+  JML_UNROLL for (int i = 0; i < rows * cols; ++i) sum += a.data()[i] * a.data()[i];
+  return sum;
+}
+
+/// √Σ a_ij².
+template <typename Scalar, int rows, int cols>
+[[nodiscard]] inline Scalar norm(const Matrix<Scalar, rows, cols>& a) {
+  return std::sqrt(squared_norm(a));
+}
+
+/// v/|v|, without over- or underflow on the way; v itself where it is zero.
+template <typename Scalar, int n>
+[[nodiscard]] inline Vector<Scalar, n> normalised(const Vector<Scalar, n>& v) {
+  Scalar most(0);
+  for (int i = 0; i < n; ++i) most = std::abs(v(i)) > most ? std::abs(v(i)) : most;
+  if (!(most > Scalar(0))) return v;
+  const Vector<Scalar, n> shorter = v / most;
+  return shorter / norm(shorter);
+}
+
+/// max |a_ij|; 0 of an empty matrix, NaN where there is one.
+template <typename Scalar, int rows, int cols>
+[[nodiscard]] inline auto largest(const Matrix<Scalar, rows, cols>& a) {
+  using std::abs;
+  decltype(abs(Scalar())) most(0);
+  for (int i = 0; i < rows * cols; ++i) {
+    const auto size = abs(a.data()[i]);
+    if (size > most || size != size) most = size;
+  }
+  return most;
+}
+
+/// Σ_j |a_ij| of row i, and max over the columns of Σ_i |a_ij|.
+template <typename Scalar, int rows, int cols>
+[[nodiscard]] inline Vector<Scalar, rows> row_sums(const Matrix<Scalar, rows, cols>& a) {
+  Vector<Scalar, rows> out = zeros<Vector<Scalar, rows>>();
+  for (int j = 0; j < cols; ++j) {
+    for (int i = 0; i < rows; ++i) out(i) += std::abs(a(i, j));
+  }
+  return out;
+}
+template <typename Scalar, int rows, int cols>
+[[nodiscard]] inline Scalar largest_column_sum(const Matrix<Scalar, rows, cols>& a) {
+  return largest(row_sums(transposed(a)));
+}
+
+/// |a_ij|, a_ij b_ij and 1/a_i, by entry.
+template <typename Scalar, int rows, int cols>
+[[nodiscard, gnu::always_inline]] inline Matrix<Scalar, rows, cols> absolute(
+    const Matrix<Scalar, rows, cols>& a) {
+  Matrix<Scalar, rows, cols> out;
+  JML_UNROLL for (int i = 0; i < rows * cols; ++i) out.data()[i] = std::abs(a.data()[i]);
+  return out;
+}
+template <typename Scalar, int rows, int cols>
+[[nodiscard, gnu::always_inline]] inline Matrix<Scalar, rows, cols> by_entry(
+    const Matrix<Scalar, rows, cols>& a, const Matrix<Scalar, rows, cols>& b) {
+  Matrix<Scalar, rows, cols> out;
+  JML_UNROLL for (int i = 0; i < rows * cols; ++i) out.data()[i] = a.data()[i] * b.data()[i];
+  return out;
+}
+template <typename Scalar, int n>
+[[nodiscard, gnu::always_inline]] inline Vector<Scalar, n> inverse_of_entries(const Vector<Scalar, n>& a) {
+  Vector<Scalar, n> out;
+  JML_UNROLL for (int i = 0; i < n; ++i) out(i) = Scalar(1) / a(i);
+  return out;
+}
+
+/// diag(left) a diag(right).
+template <typename Scalar, int rows, int cols>
+[[nodiscard]] inline Matrix<Scalar, rows, cols> scaled_by(const Vector<Scalar, rows>& left,
+                                                          const Matrix<Scalar, rows, cols>& a,
+                                                          const Vector<Scalar, cols>& right) {
+  Matrix<Scalar, rows, cols> out;
+  for (int j = 0; j < cols; ++j) {
+    for (int i = 0; i < rows; ++i) out(i, j) = left(i) * a(i, j) * right(j);
+  }
+  return out;
+}
+
+/// a ← a + number I.
+template <typename Scalar, int n>
+inline void add_to_diagonal(Matrix<Scalar, n, n>& a, const Scalar& number) {
+  for (int i = 0; i < n; ++i) a(i, i) += number;
+}
+
+template <typename Scalar, int n>
+[[nodiscard, gnu::always_inline]] inline Vector<Scalar, n> diagonal(const Matrix<Scalar, n, n>& a) {
+  Vector<Scalar, n> out;
+  JML_UNROLL for (int i = 0; i < n; ++i) out(i) = a(i, i);
+  return out;
+}
+
+/// Column j of a.
+template <typename Scalar, int rows, int cols>
+[[nodiscard, gnu::always_inline]] inline Vector<Scalar, rows> column_of(const Matrix<Scalar, rows, cols>& a,
+                                                                        int j) {
+  Vector<Scalar, rows> out;
+  JML_UNROLL for (int i = 0; i < rows; ++i) out(i) = a(i, j);
+  return out;
+}
+
+/// The same numbers in another scalar.
+template <typename To, typename Scalar, int rows, int cols>
+[[nodiscard, gnu::always_inline]] inline auto cast(const Matrix<Scalar, rows, cols>& a) {
+  if constexpr (std::is_same_v<To, Scalar>) {
+    return a;
+  } else {
+    Matrix<To, rows, cols> out;
+    JML_UNROLL for (int i = 0; i < rows * cols; ++i) out.data()[i] = static_cast<To>(a.data()[i]);
+    return out;
+  }
+}
+
+template <typename Scalar, int rows, int cols>
+inline void set_column(Matrix<Scalar, rows, cols>& a, int j, const Vector<Scalar, rows>& b) {
+  for (int i = 0; i < rows; ++i) a(i, j) = b(i);
+}
+template <typename Scalar, int rows, int cols, int options>
+inline void swap_rows(Eigen::Matrix<Scalar, rows, cols, options>& a, int i, int k) {
+  for (int j = 0; j < cols; ++j) std::swap(a(i, j), a(k, j));
+}
+template <typename Scalar, int rows, int cols>
+inline void swap_columns(Matrix<Scalar, rows, cols>& a, int j, int k) {
+  for (int i = 0; i < rows; ++i) std::swap(a(i, j), a(i, k));
+}
+
+/// The block of rows×cols at (i0, j0) as a value, and its place taken by one.
+template <int rows, int cols, typename Scalar, int r, int c>
+[[nodiscard]] inline Matrix<Scalar, rows, cols> block(const Matrix<Scalar, r, c>& a, int i0, int j0) {
+  Matrix<Scalar, rows, cols> out;
+  for (int j = 0; j < cols; ++j) {
+    for (int i = 0; i < rows; ++i) out(i, j) = a(i0 + i, j0 + j);
+  }
+  return out;
+}
+template <typename Scalar, int r, int c, int rows, int cols>
+inline void set_block(Matrix<Scalar, r, c>& a, int i0, int j0, const Matrix<Scalar, rows, cols>& b) {
+  for (int j = 0; j < cols; ++j) {
+    for (int i = 0; i < rows; ++i) a(i0 + i, j0 + j) = b(i, j);
+  }
+}
+
+/// A size that is known at compile time.
+template <int rows, int cols>
+inline constexpr bool fixed = rows != Eigen::Dynamic && cols != Eigen::Dynamic;
+
+/// A number that may scale a matrix of `Scalar`: no expression that could turn into one.
+template <typename Number, typename Scalar>
+concept NumberFor = std::is_same_v<Number, Scalar> || std::is_arithmetic_v<Number>;
+
+}  // namespace kernel
+
+// Sums and products as values, for two matrices of one fixed type; a mixture with an Eigen expression stays Eigen's.
+
+template <typename Scalar, int rows, int cols, int options>
+  requires kernel::fixed<rows, cols>
+[[nodiscard, gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options> operator+(
+    const Eigen::Matrix<Scalar, rows, cols, options>& a, const Eigen::Matrix<Scalar, rows, cols, options>& b) {
+  Eigen::Matrix<Scalar, rows, cols, options> out;
+  JML_UNROLL for (int i = 0; i < rows * cols; ++i) out.data()[i] = a.data()[i] + b.data()[i];
+  return out;
+}
+
+template <typename Scalar, int rows, int cols, int options>
+  requires kernel::fixed<rows, cols>
+[[nodiscard, gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options> operator-(
+    const Eigen::Matrix<Scalar, rows, cols, options>& a, const Eigen::Matrix<Scalar, rows, cols, options>& b) {
+  Eigen::Matrix<Scalar, rows, cols, options> out;
+  JML_UNROLL for (int i = 0; i < rows * cols; ++i) out.data()[i] = a.data()[i] - b.data()[i];
+  return out;
+}
+
+template <typename Scalar, int rows, int cols, int options>
+  requires kernel::fixed<rows, cols>
+[[nodiscard, gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options> operator-(
+    const Eigen::Matrix<Scalar, rows, cols, options>& a) {
+  Eigen::Matrix<Scalar, rows, cols, options> out;
+  JML_UNROLL for (int i = 0; i < rows * cols; ++i) out.data()[i] = -a.data()[i];
+  return out;
+}
+
+template <typename Scalar, int rows, int cols, int options, kernel::NumberFor<Scalar> Number>
+  requires kernel::fixed<rows, cols>
+[[nodiscard, gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options> operator*(
+    const Number& factor, const Eigen::Matrix<Scalar, rows, cols, options>& a) {
+  Eigen::Matrix<Scalar, rows, cols, options> out;
+  JML_UNROLL for (int i = 0; i < rows * cols; ++i) out.data()[i] = Scalar(factor) * a.data()[i];
+  return out;
+}
+
+template <typename Scalar, int rows, int cols, int options, kernel::NumberFor<Scalar> Number>
+  requires kernel::fixed<rows, cols>
+[[nodiscard, gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options> operator*(
+    const Eigen::Matrix<Scalar, rows, cols, options>& a, const Number& factor) {
+  Eigen::Matrix<Scalar, rows, cols, options> out;
+  JML_UNROLL for (int i = 0; i < rows * cols; ++i) out.data()[i] = a.data()[i] * Scalar(factor);
+  return out;
+}
+
+template <typename Scalar, int rows, int cols, int options, kernel::NumberFor<Scalar> Number>
+  requires kernel::fixed<rows, cols>
+[[nodiscard, gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options> operator/(
+    const Eigen::Matrix<Scalar, rows, cols, options>& a, const Number& divisor) {
+  Eigen::Matrix<Scalar, rows, cols, options> out;
+  JML_UNROLL for (int i = 0; i < rows * cols; ++i) out.data()[i] = a.data()[i] / Scalar(divisor);
+  return out;
+}
+
+template <typename Scalar, int rows, int inner, int cols, int left, int right>
+  requires(kernel::fixed<rows, cols> && inner != Eigen::Dynamic)
+[[nodiscard, gnu::always_inline]] inline Matrix<Scalar, rows, cols> operator*(
+    const Eigen::Matrix<Scalar, rows, inner, left>& a, const Eigen::Matrix<Scalar, inner, cols, right>& b) {
+  Matrix<Scalar, rows, cols> out = kernel::zeros<Matrix<Scalar, rows, cols>>();
+  JML_UNROLL for (int j = 0; j < cols; ++j) {
+    JML_UNROLL for (int k = 0; k < inner; ++k) {
+      JML_UNROLL for (int i = 0; i < rows; ++i) out(i, j) += a(i, k) * b(k, j);
+    }
+  }
+  return out;
+}
+
+template <typename Scalar, int rows, int cols, int options>
+  requires kernel::fixed<rows, cols>
+[[gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options>& operator+=(
+    Eigen::Matrix<Scalar, rows, cols, options>& a, const Eigen::Matrix<Scalar, rows, cols, options>& b) {
+  JML_UNROLL for (int i = 0; i < rows * cols; ++i) a.data()[i] += b.data()[i];
+  return a;
+}
+
+template <typename Scalar, int rows, int cols, int options>
+  requires kernel::fixed<rows, cols>
+[[gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options>& operator-=(
+    Eigen::Matrix<Scalar, rows, cols, options>& a, const Eigen::Matrix<Scalar, rows, cols, options>& b) {
+  JML_UNROLL for (int i = 0; i < rows * cols; ++i) a.data()[i] -= b.data()[i];
+  return a;
+}
+
+template <typename Scalar, int rows, int cols, int options, kernel::NumberFor<Scalar> Number>
+  requires kernel::fixed<rows, cols>
+[[gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options>& operator*=(
+    Eigen::Matrix<Scalar, rows, cols, options>& a, const Number& factor) {
+  JML_UNROLL for (int i = 0; i < rows * cols; ++i) a.data()[i] *= Scalar(factor);
+  return a;
+}
+
+template <typename Scalar, int rows, int cols, int options>
+  requires kernel::fixed<rows, cols>
+[[nodiscard]] inline bool operator==(const Eigen::Matrix<Scalar, rows, cols, options>& a,
+                                     const Eigen::Matrix<Scalar, rows, cols, options>& b) {
+  for (int i = 0; i < rows * cols; ++i) {
+    if (!(a.data()[i] == b.data()[i])) return false;
+  }
+  return true;
+}
+
+}  // namespace jml
