@@ -4,6 +4,16 @@
 add_library(jml_warnings INTERFACE)
 target_compile_options(jml_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror)
 
+# The library forces its inlining, for speed. A program that is run once does not need that, and the compiler is done in
+# two thirds of the time: here the attribute is named away. What is computed is the same.
+add_library(jml_plain_inlining INTERFACE)
+target_compile_definitions(jml_plain_inlining INTERFACE always_inline=unused)
+
+# GCC collects its garbage first at half a gigabyte: a twelfth of the time, for a fifth more memory.
+if(PROJECT_IS_TOP_LEVEL AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  add_compile_options(--param=ggc-min-heapsize=524288)
+endif()
+
 # A fixed-size filter takes the compiler up to 1.6 GB: no more jobs at a time than the memory holds.
 cmake_host_system_information(RESULT jml_jobs QUERY NUMBER_OF_LOGICAL_CORES)
 cmake_host_system_information(RESULT jml_memory QUERY TOTAL_PHYSICAL_MEMORY)
@@ -16,5 +26,6 @@ if(jml_jobs LESS 1)
 endif()
 set_property(GLOBAL APPEND PROPERTY JOB_POOLS jml_compile=${jml_jobs})
 if(PROJECT_IS_TOP_LEVEL)
+  set(CMAKE_EXPORT_COMPILE_COMMANDS ON)  # for the targets of bench/compile
   set(CMAKE_JOB_POOL_COMPILE jml_compile)
 endif()

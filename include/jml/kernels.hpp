@@ -44,7 +44,8 @@ struct Packet<Scalar, 1> {
   using type = Scalar;
 };
 
-/// Rows [first, rows) of one column of out = start + sign · Σ_k a.col(k) coefficient(k), held in registers.
+/// Rows [first, rows) of one column of out = start + sign · Σ_k a.col(k) coefficient(k), held in registers. With
+/// `from_zero` there is no start.
 ///
 /// Packets never overlap, 15 = 4+4+4+2+1: a load that spans two earlier stores would wait for both.
 template <int rows, int inner, int first, int sign, bool from_zero, typename Scalar, typename Coefficient>
@@ -80,7 +81,7 @@ template <typename Scalar, int rows, int inner, int cols>
                                            const Matrix<Scalar, inner, cols>& b,
                                            Matrix<Scalar, rows, cols>& out) {
   repeat<cols>([&](int j) __attribute__((always_inline)) {
-    column<rows, inner, 0, 1, true>(out.data() + j * rows, out.data(), a.data(),
+    column<rows, inner, 0, 1, true>(out.data() + j * rows, static_cast<const Scalar*>(nullptr), a.data(),
                                     [&](int k) { return b(k, j); });
   });
 }
@@ -91,7 +92,7 @@ template <typename Scalar, int rows, int inner, int cols>
                                                       const Matrix<Scalar, cols, inner>& b,
                                                       Matrix<Scalar, rows, cols>& out) {
   repeat<cols>([&](int j) __attribute__((always_inline)) {
-    column<rows, inner, 0, 1, true>(out.data() + j * rows, out.data(), a.data(),
+    column<rows, inner, 0, 1, true>(out.data() + j * rows, static_cast<const Scalar*>(nullptr), a.data(),
                                     [&](int k) { return b(j, k); });
   });
 }

@@ -17,13 +17,6 @@
 #error "jml: -ffast-math removes the checks for NaN; compile without it"
 #endif
 
-// The loops here are short and of constant length: written out, their numbers stay in registers.
-#if defined(__GNUC__) && !defined(__clang__)
-#define JML_UNROLL _Pragma("GCC unroll 9")
-#else
-#define JML_UNROLL
-#endif
-
 namespace jml {
 
 template <typename Scalar, int rows, int cols>
@@ -41,6 +34,20 @@ template <int count, int limit = 3, typename F>
   if constexpr (count <= limit) {
     [&]<int... i>(std::integer_sequence<int, i...>)
         __attribute__((always_inline)) { (f(i), ...); }(std::make_integer_sequence<int, count>{});
+  } else {
+    for (int i = 0; i < count; ++i) f(i);
+  }
+}
+
+/// f(0), …, f(count - 1): a loop, written out by the optimiser where it is short, so that its numbers stay in
+/// registers.
+template <int count, typename F>
+[[gnu::always_inline]] inline void each(const F& f) {
+  if constexpr (count <= 9) {
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC unroll 9
+#endif
+    for (int i = 0; i < count; ++i) f(i);
   } else {
     for (int i = 0; i < count; ++i) f(i);
   }
@@ -87,7 +94,8 @@ template <typename Scalar, int rows, int cols>
 template <typename M>
 [[nodiscard, gnu::always_inline]] inline M zeros() {
   M out;
-  JML_UNROLL for (int i = 0; i < int(M::SizeAtCompileTime); ++i) out.data()[i] = typename M::Scalar(0);
+  each<int(M::SizeAtCompileTime)>(
+      [&](int i) __attribute__((always_inline)) { out.data()[i] = typename M::Scalar(0); });
   return out;
 }
 
@@ -95,7 +103,7 @@ template <typename M>
 template <typename M>
 [[nodiscard, gnu::always_inline]] inline M filled(typename M::Scalar value) {
   M out;
-  JML_UNROLL for (int i = 0; i < int(M::SizeAtCompileTime); ++i) out.data()[i] = value;
+  each<int(M::SizeAtCompileTime)>([&](int i) __attribute__((always_inline)) { out.data()[i] = value; });
   return out;
 }
 
@@ -103,13 +111,14 @@ template <typename M>
 template <typename M>
 [[nodiscard, gnu::always_inline]] inline M identity() {
   M out = zeros<M>();
-  JML_UNROLL for (int i = 0; i < int(M::RowsAtCompileTime); ++i) out(i, i) = typename M::Scalar(1);
+  each<int(M::RowsAtCompileTime)>([&](int i)
+                                      __attribute__((always_inline)) { out(i, i) = typename M::Scalar(1); });
   return out;
 }
 
 template <typename Scalar, int rows, int cols, int options>
 [[gnu::always_inline]] inline void set_zero(Eigen::Matrix<Scalar, rows, cols, options>& a) {
-  JML_UNROLL for (int i = 0; i < rows * cols; ++i) a.data()[i] = Scalar(0);
+  each<rows * cols>([&](int i) __attribute__((always_inline)) { a.data()[i] = Scalar(0); });
 }
 
 /// aᵀ.
@@ -117,9 +126,9 @@ template <typename Scalar, int rows, int cols>
 [[nodiscard, gnu::always_inline]] inline Matrix<Scalar, cols, rows> transposed(
     const Matrix<Scalar, rows, cols>& a) {
   Matrix<Scalar, cols, rows> out;
-  JML_UNROLL for (int j = 0; j < cols; ++j) {
-    JML_UNROLL for (int i = 0; i < rows; ++i) out(j, i) = a(i, j);
-  }
+  each<cols>([&](int j) __attribute__((always_inline)) {
+    for (int i = 0; i < rows; ++i) out(j, i) = a(i, j);
+  });
   return out;
 }
 
@@ -137,7 +146,7 @@ template <typename Scalar, int n>
 template <typename Scalar, int n>
 [[nodiscard, gnu::always_inline]] inline Scalar dot(const Vector<Scalar, n>& a, const Vector<Scalar, n>& b) {
   Scalar sum(0);
-  JML_UNROLL for (int i = 0; i < n; ++i) sum += a(i) * b(i);
+  each<n>([&](int i) __attribute__((always_inline)) { sum += a(i) * b(i); });
   return sum;
 }
 
@@ -145,7 +154,7 @@ template <typename Scalar, int n>
 template <typename Scalar, int rows, int cols>
 [[nodiscard, gnu::always_inline]] inline Scalar squared_norm(const Matrix<Scalar, rows, cols>& a) {
   Scalar sum(0);
-  JML_UNROLL for (int i = 0; i < rows * cols; ++i) sum += a.data()[i] * a.data()[i];
+  each<rows * cols>([&](int i) __attribute__((always_inline)) { sum += a.data()[i] * a.data()[i]; });
   return sum;
 }
 
@@ -196,20 +205,20 @@ template <typename Scalar, int rows, int cols>
 [[nodiscard, gnu::always_inline]] inline Matrix<Scalar, rows, cols> absolute(
     const Matrix<Scalar, rows, cols>& a) {
   Matrix<Scalar, rows, cols> out;
-  JML_UNROLL for (int i = 0; i < rows * cols; ++i) out.data()[i] = std::abs(a.data()[i]);
+  each<rows * cols>([&](int i) __attribute__((always_inline)) { out.data()[i] = std::abs(a.data()[i]); });
   return out;
 }
 template <typename Scalar, int rows, int cols>
 [[nodiscard, gnu::always_inline]] inline Matrix<Scalar, rows, cols> by_entry(
     const Matrix<Scalar, rows, cols>& a, const Matrix<Scalar, rows, cols>& b) {
   Matrix<Scalar, rows, cols> out;
-  JML_UNROLL for (int i = 0; i < rows * cols; ++i) out.data()[i] = a.data()[i] * b.data()[i];
+  each<rows * cols>([&](int i) __attribute__((always_inline)) { out.data()[i] = a.data()[i] * b.data()[i]; });
   return out;
 }
 template <typename Scalar, int n>
 [[nodiscard, gnu::always_inline]] inline Vector<Scalar, n> inverse_of_entries(const Vector<Scalar, n>& a) {
   Vector<Scalar, n> out;
-  JML_UNROLL for (int i = 0; i < n; ++i) out(i) = Scalar(1) / a(i);
+  each<n>([&](int i) __attribute__((always_inline)) { out(i) = Scalar(1) / a(i); });
   return out;
 }
 
@@ -234,7 +243,7 @@ inline void add_to_diagonal(Matrix<Scalar, n, n>& a, const Scalar& number) {
 template <typename Scalar, int n>
 [[nodiscard, gnu::always_inline]] inline Vector<Scalar, n> diagonal(const Matrix<Scalar, n, n>& a) {
   Vector<Scalar, n> out;
-  JML_UNROLL for (int i = 0; i < n; ++i) out(i) = a(i, i);
+  each<n>([&](int i) __attribute__((always_inline)) { out(i) = a(i, i); });
   return out;
 }
 
@@ -243,7 +252,7 @@ template <typename Scalar, int rows, int cols>
 [[nodiscard, gnu::always_inline]] inline Vector<Scalar, rows> column_of(const Matrix<Scalar, rows, cols>& a,
                                                                         int j) {
   Vector<Scalar, rows> out;
-  JML_UNROLL for (int i = 0; i < rows; ++i) out(i) = a(i, j);
+  each<rows>([&](int i) __attribute__((always_inline)) { out(i) = a(i, j); });
   return out;
 }
 
@@ -254,7 +263,8 @@ template <typename To, typename Scalar, int rows, int cols>
     return a;
   } else {
     Matrix<To, rows, cols> out;
-    JML_UNROLL for (int i = 0; i < rows * cols; ++i) out.data()[i] = static_cast<To>(a.data()[i]);
+    each<rows * cols>([&](int i)
+                          __attribute__((always_inline)) { out.data()[i] = static_cast<To>(a.data()[i]); });
     return out;
   }
 }
@@ -298,23 +308,29 @@ concept NumberFor = std::is_same_v<Number, Scalar> || std::is_arithmetic_v<Numbe
 
 }  // namespace kernel
 
-// Sums and products as values, for two matrices of one fixed type; a mixture with an Eigen expression stays Eigen's.
+/// Sums and products as values, for two matrices of one fixed type; a mixture with an Eigen expression stays
+/// Eigen's. `using namespace jml::operators;` in a file of one's own brings them there: less to compile.
+inline namespace operators {
 
 template <typename Scalar, int rows, int cols, int options>
   requires kernel::fixed<rows, cols>
 [[nodiscard, gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options> operator+(
-    const Eigen::Matrix<Scalar, rows, cols, options>& a, const Eigen::Matrix<Scalar, rows, cols, options>& b) {
+    const Eigen::Matrix<Scalar, rows, cols, options>& a,
+    const Eigen::Matrix<Scalar, rows, cols, options>& b) {
   Eigen::Matrix<Scalar, rows, cols, options> out;
-  JML_UNROLL for (int i = 0; i < rows * cols; ++i) out.data()[i] = a.data()[i] + b.data()[i];
+  kernel::each<rows * cols>(
+      [&](int i) __attribute__((always_inline)) { out.data()[i] = a.data()[i] + b.data()[i]; });
   return out;
 }
 
 template <typename Scalar, int rows, int cols, int options>
   requires kernel::fixed<rows, cols>
 [[nodiscard, gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options> operator-(
-    const Eigen::Matrix<Scalar, rows, cols, options>& a, const Eigen::Matrix<Scalar, rows, cols, options>& b) {
+    const Eigen::Matrix<Scalar, rows, cols, options>& a,
+    const Eigen::Matrix<Scalar, rows, cols, options>& b) {
   Eigen::Matrix<Scalar, rows, cols, options> out;
-  JML_UNROLL for (int i = 0; i < rows * cols; ++i) out.data()[i] = a.data()[i] - b.data()[i];
+  kernel::each<rows * cols>(
+      [&](int i) __attribute__((always_inline)) { out.data()[i] = a.data()[i] - b.data()[i]; });
   return out;
 }
 
@@ -323,7 +339,7 @@ template <typename Scalar, int rows, int cols, int options>
 [[nodiscard, gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options> operator-(
     const Eigen::Matrix<Scalar, rows, cols, options>& a) {
   Eigen::Matrix<Scalar, rows, cols, options> out;
-  JML_UNROLL for (int i = 0; i < rows * cols; ++i) out.data()[i] = -a.data()[i];
+  kernel::each<rows * cols>([&](int i) __attribute__((always_inline)) { out.data()[i] = -a.data()[i]; });
   return out;
 }
 
@@ -332,7 +348,8 @@ template <typename Scalar, int rows, int cols, int options, kernel::NumberFor<Sc
 [[nodiscard, gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options> operator*(
     const Number& factor, const Eigen::Matrix<Scalar, rows, cols, options>& a) {
   Eigen::Matrix<Scalar, rows, cols, options> out;
-  JML_UNROLL for (int i = 0; i < rows * cols; ++i) out.data()[i] = Scalar(factor) * a.data()[i];
+  kernel::each<rows * cols>(
+      [&](int i) __attribute__((always_inline)) { out.data()[i] = Scalar(factor) * a.data()[i]; });
   return out;
 }
 
@@ -341,7 +358,8 @@ template <typename Scalar, int rows, int cols, int options, kernel::NumberFor<Sc
 [[nodiscard, gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options> operator*(
     const Eigen::Matrix<Scalar, rows, cols, options>& a, const Number& factor) {
   Eigen::Matrix<Scalar, rows, cols, options> out;
-  JML_UNROLL for (int i = 0; i < rows * cols; ++i) out.data()[i] = a.data()[i] * Scalar(factor);
+  kernel::each<rows * cols>(
+      [&](int i) __attribute__((always_inline)) { out.data()[i] = a.data()[i] * Scalar(factor); });
   return out;
 }
 
@@ -350,7 +368,8 @@ template <typename Scalar, int rows, int cols, int options, kernel::NumberFor<Sc
 [[nodiscard, gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options> operator/(
     const Eigen::Matrix<Scalar, rows, cols, options>& a, const Number& divisor) {
   Eigen::Matrix<Scalar, rows, cols, options> out;
-  JML_UNROLL for (int i = 0; i < rows * cols; ++i) out.data()[i] = a.data()[i] / Scalar(divisor);
+  kernel::each<rows * cols>(
+      [&](int i) __attribute__((always_inline)) { out.data()[i] = a.data()[i] / Scalar(divisor); });
   return out;
 }
 
@@ -359,9 +378,17 @@ template <typename Scalar, int rows, int inner, int cols, int left, int right>
 [[nodiscard, gnu::always_inline]] inline Matrix<Scalar, rows, cols> operator*(
     const Eigen::Matrix<Scalar, rows, inner, left>& a, const Eigen::Matrix<Scalar, inner, cols, right>& b) {
   Matrix<Scalar, rows, cols> out = kernel::zeros<Matrix<Scalar, rows, cols>>();
-  JML_UNROLL for (int j = 0; j < cols; ++j) {
-    JML_UNROLL for (int k = 0; k < inner; ++k) {
-      JML_UNROLL for (int i = 0; i < rows; ++i) out(i, j) += a(i, k) * b(k, j);
+  if constexpr (rows * inner * cols <= 27) {
+    kernel::each<cols>([&](int j) __attribute__((always_inline)) {
+      kernel::each<inner>([&](int k) __attribute__((always_inline)) {
+        kernel::each<rows>([&](int i) __attribute__((always_inline)) { out(i, j) += a(i, k) * b(k, j); });
+      });
+    });
+  } else {
+    for (int j = 0; j < cols; ++j) {
+      for (int k = 0; k < inner; ++k) {
+        for (int i = 0; i < rows; ++i) out(i, j) += a(i, k) * b(k, j);
+      }
     }
   }
   return out;
@@ -371,7 +398,7 @@ template <typename Scalar, int rows, int cols, int options>
   requires kernel::fixed<rows, cols>
 [[gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options>& operator+=(
     Eigen::Matrix<Scalar, rows, cols, options>& a, const Eigen::Matrix<Scalar, rows, cols, options>& b) {
-  JML_UNROLL for (int i = 0; i < rows * cols; ++i) a.data()[i] += b.data()[i];
+  kernel::each<rows * cols>([&](int i) __attribute__((always_inline)) { a.data()[i] += b.data()[i]; });
   return a;
 }
 
@@ -379,7 +406,7 @@ template <typename Scalar, int rows, int cols, int options>
   requires kernel::fixed<rows, cols>
 [[gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options>& operator-=(
     Eigen::Matrix<Scalar, rows, cols, options>& a, const Eigen::Matrix<Scalar, rows, cols, options>& b) {
-  JML_UNROLL for (int i = 0; i < rows * cols; ++i) a.data()[i] -= b.data()[i];
+  kernel::each<rows * cols>([&](int i) __attribute__((always_inline)) { a.data()[i] -= b.data()[i]; });
   return a;
 }
 
@@ -387,7 +414,7 @@ template <typename Scalar, int rows, int cols, int options, kernel::NumberFor<Sc
   requires kernel::fixed<rows, cols>
 [[gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options>& operator*=(
     Eigen::Matrix<Scalar, rows, cols, options>& a, const Number& factor) {
-  JML_UNROLL for (int i = 0; i < rows * cols; ++i) a.data()[i] *= Scalar(factor);
+  kernel::each<rows * cols>([&](int i) __attribute__((always_inline)) { a.data()[i] *= Scalar(factor); });
   return a;
 }
 
@@ -400,5 +427,7 @@ template <typename Scalar, int rows, int cols, int options>
   }
   return true;
 }
+
+}  // namespace operators
 
 }  // namespace jml

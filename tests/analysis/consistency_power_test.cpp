@@ -14,6 +14,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using jml::CovarianceVerdict;
 using jml::WhitenessVerdict;
 using Matrix4 = jml::Matrix<double, 4, 4>;

@@ -13,6 +13,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using jml::Slot;
 constexpr int n = 3, p = 2;
 using M33 = jml::Matrix<long double, n, n>;

@@ -13,6 +13,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 template <int rows, int cols>
 using M = jml::Matrix<double, rows, cols>;
 

@@ -9,6 +9,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using V2 = jml::Vector<double, 2>;
 
 /// y = x (1 + 4 exp(-|x - (1, 0)|²/0.18)) + v.

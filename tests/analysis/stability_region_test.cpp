@@ -10,6 +10,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using by_hand::Scalar;
 using V2 = jml::Vector<double, 2>;
 using jml::StabilityLimit;

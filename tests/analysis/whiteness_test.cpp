@@ -9,6 +9,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using jml::WhitenessVerdict;
 using Matrix2 = jml::Matrix<double, 2, 2>;
 using Vector2 = jml::Vector<double, 2>;

@@ -14,6 +14,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using batch_tests::RollOut, batch_tests::Matrix, batch_tests::Vector;
 
 /// Measurements of every node for which `every` divides its number, of a run from `truth`.

@@ -11,12 +11,18 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using jml::Matrix, jml::Vector;
 using Big = batch_tests::Dense<long double>;
 using batch_tests::times, batch_tests::transposed_times;
 template <typename Derived>
 Big big(const Eigen::MatrixBase<Derived>& a) {
-  return a.template cast<long double>();
+  Big out(a.rows(), a.cols());  // no expression: each would be a type of its own to compile
+  for (Eigen::Index j = 0; j < a.cols(); ++j) {
+    for (Eigen::Index i = 0; i < a.rows(); ++i) out(i, j) = static_cast<long double>(a(i, j));
+  }
+  return out;
 }
 
 /// ξ = (x_0 - x̂_0, w_0, w_1, …) is Gaussian with a block-diagonal covariance Σ, x_k = centre_k + map_k ξ and

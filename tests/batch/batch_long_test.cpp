@@ -10,6 +10,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using jml::Matrix, jml::Vector;
 
 /// Standing upright and held there by a torque; only the noise is not known. Semi-implicit Euler.

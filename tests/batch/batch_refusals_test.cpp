@@ -10,6 +10,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using jml::Matrix, jml::Status, jml::Vector;
 const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();
 

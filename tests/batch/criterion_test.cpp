@@ -10,6 +10,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 /// x⁺ = x + w̄ + w, y = x² + v.
 struct Scalar {
   static constexpr int states = 1, disturbances = 1;

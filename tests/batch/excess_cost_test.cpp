@@ -10,6 +10,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using State = jml::Vector<double, 2>;
 using Square = jml::Matrix<double, 2, 2>;
 

@@ -14,6 +14,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using Batch = jml::Batch<models::VanDerPol, jml::Sensors<models::SaturatingPosition>>;
 
 /// The truth begins at (2, 0), on the limit cycle.

@@ -11,32 +11,41 @@
 
 namespace {
 
+using namespace jml::operators;
+
+using Eigen::MatrixXd, Eigen::VectorXd;  // of a size known at run time: compiled once for all models
+
 /// (11) in whitened unknowns, written for this test: P = L Lᵀ, Q and R by Cholesky.
 template <typename Task>
 struct Whitened {
   static constexpr int n = Task::n, p = Task::p, q = jml::DynamicsTraits<decltype(Task::dynamics)>::disturbances;
   static constexpr int size = n + q, residuals = n + q + p;
   const Task& task;
-  jml::Matrix<double, n, n> L;
-  jml::Matrix<double, q, q> W;
-  jml::Matrix<double, p, p> V;
+  MatrixXd L, G, V;  // G: of the whitened disturbance, G W with Q = W Wᵀ
 
+  static MatrixXd root(const MatrixXd& a) { return a.llt().matrixL(); }
   explicit Whitened(const Task& t)
-      : task(t), L(t.prior.P.llt().matrixL()), W(t.dynamics.disturbance_covariance().llt().matrixL()), V(t.sensor.noise_covariance().llt().matrixL()) {}
+      : task(t),
+        L(root(t.prior.P)),
+        G(MatrixXd(t.dynamics.disturbance_input()) * root(t.dynamics.disturbance_covariance())),
+        V(root(t.sensor.noise_covariance())) {}
 
-  jml::Vector<double, n> next(const jml::Vector<double, size>& u) const {
-    const jml::Vector<double, n> x_s = task.prior.x + L * u.template head<n>();
-    return task.dynamics.dynamics(x_s) + task.dynamics.disturbance_input() * (W * u.template tail<q>());
+  jml::Vector<double, n> smoothed(const VectorXd& u) const { return task.prior.x + jml::Vector<double, n>(L * u.head(n)); }
+  jml::Vector<double, n> next(const VectorXd& u) const {
+    return jml::Vector<double, n>(task.dynamics.dynamics(smoothed(u))) + jml::Vector<double, n>(G * u.tail(q));
   }
-  bool evaluate(const jml::Vector<double, size>& u, jml::Vector<double, residuals>& r, jml::Matrix<double, residuals, size>* J) const {
-    const jml::Vector<double, n> x_s = task.prior.x + L * u.template head<n>(), x_1 = next(u);
-    const jml::Vector<double, p> misfit = jml::measurement_residual(task.sensor, task.y, jml::Vector<double, p>(task.sensor.measurement(x_1)));
-    r << u, V.template triangularView<Eigen::Lower>().solve(misfit);
+  bool evaluate(const jml::Vector<double, size>& given, jml::Vector<double, residuals>& r, jml::Matrix<double, residuals, size>* J) const {
+    const VectorXd u = given;
+    const jml::Vector<double, n> x_1 = next(u);
+    const VectorXd misfit = jml::measurement_residual(task.sensor, task.y, jml::Vector<double, p>(task.sensor.measurement(x_1)));
+    VectorXd all(residuals);
+    all << u, V.triangularView<Eigen::Lower>().solve(misfit);
+    r = all;
     if (J != nullptr) {
-      J->setIdentity();
-      jml::Matrix<double, n, size> step;
-      step << task.dynamics.dynamics_jacobian(x_s) * L, task.dynamics.disturbance_input() * W;
-      J->template bottomRows<p>() = -V.template triangularView<Eigen::Lower>().solve(task.sensor.measurement_jacobian(x_1) * step);
+      MatrixXd step(n, size), slopes = MatrixXd::Identity(residuals, size);
+      step << MatrixXd(task.dynamics.dynamics_jacobian(smoothed(u))) * L, G;
+      slopes.bottomRows(p) = -V.triangularView<Eigen::Lower>().solve(MatrixXd(task.sensor.measurement_jacobian(x_1)) * step);
+      *J = slopes;
     }
     return jml::all_finite(r);
   }

@@ -14,6 +14,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 struct Task {
   models::VanDerPol dynamics;
   models::SaturatingPosition sensor;

@@ -11,6 +11,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using continuous_check::error;
 using continuous_check::OscillatorCase;
 using continuous_check::TimeVaryingCase;

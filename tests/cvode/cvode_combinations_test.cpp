@@ -7,6 +7,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using jml::Status;
 
 /// The README's: f alone.

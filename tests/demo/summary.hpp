@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -46,10 +47,15 @@ class Summary {
   std::map<std::string, double> values_;
 };
 
-inline void expect_same_bytes_twice(const std::string& demo) {
-  const std::string once = contents(output(demo) / "summary.csv");
+inline void expect_same_bytes_twice(const std::string& demo, const std::string& file = "summary.csv") {
+  const std::string once = contents(output(demo) / file);
   EXPECT_GT(once.size(), 100U) << demo;
-  EXPECT_EQ(once, contents(output(demo + "_again") / "summary.csv")) << demo;
+  EXPECT_EQ(once, contents(output(demo + "_again") / file)) << demo;
+}
+
+/// Of a demo that takes long: two runs of a twentieth of it, and of a night the whole of it.
+inline std::string reduced(const std::string& demo) {
+  return std::getenv("JML_NIGHTLY") == nullptr ? demo + "_reduced" : demo;
 }
 
 }  // namespace demo_results

@@ -10,6 +10,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using Scalar1 = jml::Vector<double, 1>;
 using Matrix1 = jml::Matrix<double, 1, 1>;
 

@@ -15,6 +15,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 constexpr int runs = 1'000'000, samples = 25;
 constexpr double b = 0.7;
 

@@ -11,6 +11,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using heap_trap::allocations, heap_trap::Armed;
 using jml::Box, jml::BoundedNoise, jml::Guaranteed, jml::Linearised, jml::usable;
 using Vector1 = jml::Vector<double, 1>;

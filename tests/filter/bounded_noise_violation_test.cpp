@@ -10,6 +10,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using jml::Box, jml::BoundedNoise, jml::Guaranteed, jml::Linearised, jml::Status, jml::usable;
 using Vector1 = jml::Vector<double, 1>;
 using Vector2 = jml::Vector<double, 2>;

@@ -11,6 +11,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using jml::Box, jml::BoundedNoise, jml::ColouredInput, jml::Guaranteed, jml::Linearised, jml::Status;
 using Vector1 = jml::Vector<double, 1>;
 using Vector2 = jml::Vector<double, 2>;

@@ -11,6 +11,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 template <typename Rule, typename D, typename S>
 void expect_jacobian(const D& d, const S& s, bool by_duals, double tolerance) {
   constexpr int n = D::states, p = S::measurements, size = n + n * n;

@@ -10,6 +10,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using jml::DavisonMaki;
 using jml::RungeKutta4;
 using jml::Status;

@@ -9,6 +9,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using namespace continuous_faulty;
 using jml::DavisonMaki;
 using jml::RungeKutta4;

@@ -14,6 +14,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using jml::usable;
 
 double median(std::vector<double> values) {

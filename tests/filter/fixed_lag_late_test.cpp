@@ -15,6 +15,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using jml::Status, jml::usable;
 
 /// Everything that a FixedLag shows, bit by bit.

@@ -14,6 +14,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using oracle::big;
 using oracle::Big;
 

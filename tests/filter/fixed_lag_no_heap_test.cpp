@@ -11,6 +11,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using heap_trap::allocations, heap_trap::Armed;
 using jml::usable;
 

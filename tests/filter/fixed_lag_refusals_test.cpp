@@ -13,6 +13,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using jml::Status, jml::usable;
 using Vector1 = jml::Vector<double, 1>;
 using Vector2 = jml::Vector<double, 2>;

@@ -9,6 +9,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 const jml::Estimate<double, 2> good{{1.5, 0.5}, 0.3 * jml::Matrix<double, 2, 2>::Identity()};

@@ -10,6 +10,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using jml::Status;
 using Vector2 = jml::Vector<double, 2>;
 using Matrix2 = jml::Matrix<double, 2, 2>;

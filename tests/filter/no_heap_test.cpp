@@ -14,6 +14,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using heap_trap::allocations, heap_trap::Armed;
 
 TEST(NoHeap, TheTrapWorks) {

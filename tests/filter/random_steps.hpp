@@ -16,6 +16,8 @@
 
 namespace random_steps {
 
+using namespace jml::operators;
+
 /// A prior, a measurement and the models of one step.
 template <typename D, typename S>
 struct Task {
@@ -107,32 +109,51 @@ struct Verdict {
   double cost = 0;      ///< (11), with P⁻¹ by an explicit inverse; meaningful for symmetric positive P
 };
 
-template <typename D, typename S>
-Verdict judge(const Task<D, S>& t, const jml::Vector<double, Task<D, S>::n>& smoothed, const jml::Vector<double, Task<D, S>::n>& next) {
-  constexpr int n = Task<D, S>::n, p = Task<D, S>::p;
-  using X = jml::Vector<long double, n>;
-  using Y = jml::Vector<long double, p>;
-  const X prior = t.prior.x.template cast<long double>(), x_s = smoothed.template cast<long double>(), x_1 = next.template cast<long double>();
-  const jml::Matrix<long double, n, n> P = t.prior.P.template cast<long double>();
-  const auto G = t.dynamics.disturbance_input().template cast<long double>().eval();
-  const auto Q = t.dynamics.disturbance_covariance().template cast<long double>().eval();
-  const jml::Matrix<long double, n, n> C = G * Q * G.transpose();
-  const jml::Matrix<long double, p, p> R = t.sensor.noise_covariance().template cast<long double>();
-  const Y misfit = jml::measurement_residual(t.sensor, Y(t.y.template cast<long double>()), Y(t.sensor.measurement(x_1)));
-  const X e = t.sensor.measurement_jacobian(x_1).transpose() * (R.inverse() * misfit).eval();
-  const X first = prior + P * (t.dynamics.dynamics_jacobian(x_s).transpose() * e).eval() - x_s;
-  const X second = t.dynamics.dynamics(x_s) + C * e - x_1;
-  const X start = t.dynamics.dynamics(prior);
+/// Of a size known at run time: one set of Eigen's expressions serves all models.
+using Big = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+template <typename Scalar, int rows, int cols>
+Big big(const jml::Matrix<Scalar, rows, cols>& a) {
+  Big out(rows, cols);
+  for (int i = 0; i < rows; ++i) {
+    for (int j = 0; j < cols; ++j) out(i, j) = a(i, j);
+  }
+  return out;
+}
+
+/// The part of judge() that only needs numbers: the lines' residuals over the scale, and the cost (11).
+inline Verdict judge(const Big& prior, const Big& P, const Big& x_s, const Big& x_1, const Big& start, const Big& f, const Big& f_x,
+                     const Big& m_x, const Big& misfit, const Big& R, const Big& C) {
+  const Big nu = R.inverse() * misfit, e = m_x.transpose() * nu;
+  const Big first = prior + P * (f_x.transpose() * e) - x_s, second = f + C * e - x_1;
   Verdict out;
-  for (int i = 0; i < n; ++i) {
+  for (int i = 0; i < prior.rows(); ++i) {
     const long double scale = std::abs(prior(i)) + std::abs(start(i)) + std::sqrt(std::abs(P(i, i)) + C(i, i));
     out.residual = std::max(out.residual, static_cast<double>(std::abs(first(i)) / scale));
     out.residual = std::max(out.residual, static_cast<double>(std::abs(second(i)) / scale));
   }
-  const X back = x_s - prior;
+  const Big back = x_s - prior;
   // w = Q Gᵀ e at a root, so wᵀ Q⁻¹ w = eᵀ C e.
-  out.cost = static_cast<double>((back.dot(P.inverse() * back) + e.dot(C * e) + misfit.dot(R.inverse() * misfit)) / 2);
+  const Big cost = back.transpose() * (P.inverse() * back) + e.transpose() * (C * e) + misfit.transpose() * nu;
+  out.cost = static_cast<double>(cost(0, 0) / 2);
   return out;
+}
+
+template <typename D, typename S>
+Verdict judge(const Task<D, S>& t, const jml::Vector<double, Task<D, S>::n>& smoothed, const jml::Vector<double, Task<D, S>::n>& next) {
+  using X = jml::Vector<long double, Task<D, S>::n>;
+  using Y = jml::Vector<long double, Task<D, S>::p>;
+  X prior, x_s, x_1;
+  for (int i = 0; i < Task<D, S>::n; ++i) {
+    prior(i) = t.prior.x(i);
+    x_s(i) = smoothed(i);
+    x_1(i) = next(i);
+  }
+  Y y;
+  for (int i = 0; i < Task<D, S>::p; ++i) y(i) = t.y(i);
+  const Big G = big(t.dynamics.disturbance_input()), C = G * big(t.dynamics.disturbance_covariance()) * G.transpose();
+  return judge(big(prior), big(t.prior.P), big(x_s), big(x_1), big(X(t.dynamics.dynamics(prior))), big(X(t.dynamics.dynamics(x_s))),
+               big(t.dynamics.dynamics_jacobian(x_s)), big(t.sensor.measurement_jacobian(x_1)),
+               big(jml::measurement_residual(t.sensor, y, Y(t.sensor.measurement(x_1)))), big(t.sensor.noise_covariance()), C);
 }
 
 }  // namespace random_steps

@@ -10,6 +10,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using heap_trap::allocations, heap_trap::Armed;
 
 template <typename Rule, typename D, typename S, int n, int p>

@@ -10,6 +10,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using jml::Status;
 const jml::Estimate<double, 2> start{{1, 0}, 0.3 * jml::Matrix<double, 2, 2>::Identity()};
 

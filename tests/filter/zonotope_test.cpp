@@ -10,6 +10,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 template <int n, int columns>
 using Zonotope = jml::detail::Zonotope<double, n, columns>;
 

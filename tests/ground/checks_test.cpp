@@ -8,6 +8,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using jml::Definite;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double inf = std::numeric_limits<double>::infinity();

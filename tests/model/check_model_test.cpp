@@ -11,6 +11,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using Function = jml::Finding::Function;
 using Fault = jml::Finding::Fault;
 

@@ -14,6 +14,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 const jml::Instant<double> at{};
 
 /// max |a - b| over the largest entry of the row.

@@ -13,6 +13,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using I = jml::Interval<double>;
 template <int n>
 using Slope = jml::Dual<I, n>;

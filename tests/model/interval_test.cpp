@@ -8,6 +8,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 template <typename Base>
 struct IntervalTest : testing::Test {};
 using Bases = testing::Types<float, double>;

@@ -41,6 +41,8 @@ struct jml::SensorTraits<foreign::Encoder> : jml::SensorDefaults {
 
 namespace {
 
+using namespace jml::operators;
+
 using V1 = jml::Vector<double, 1>;
 using M1 = jml::Matrix<double, 1, 1>;
 

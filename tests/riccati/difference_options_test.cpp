@@ -11,6 +11,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using oracle::big;
 using oracle::Big;
 using Dynamics = models::Polynomial<4>;

@@ -11,6 +11,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using jml::Slot;
 using oracle::big;
 using oracle::Big;

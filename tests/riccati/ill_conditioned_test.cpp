@@ -13,6 +13,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 using Axes = jml::Matrix<double, 3, 3>;
 using Vector3 = jml::Vector<double, 3>;

@@ -12,6 +12,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 constexpr int steps = 200;
 constexpr double tolerance = 1e-12;
 constexpr jml::IterationOptions one_sweep{

@@ -13,7 +13,11 @@ using Big = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
 
 template <typename Derived>
 Big big(const Eigen::MatrixBase<Derived>& a) {
-  return a.template cast<long double>();
+  Big out(a.rows(), a.cols());  // no expression: each would be a type of its own to compile
+  for (Eigen::Index j = 0; j < a.cols(); ++j) {
+    for (Eigen::Index i = 0; i < a.rows(); ++i) out(i, j) = static_cast<long double>(a(i, j));
+  }
+  return out;
 }
 
 /// Table 1's slots and what goes with them, at one step.

@@ -7,6 +7,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using jml::Status;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double inf = std::numeric_limits<double>::infinity();

@@ -15,6 +15,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using State = jml::Vector<double, 2>;
 
 struct BoundedVanDerPol : models::VanDerPol {

@@ -7,6 +7,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using Number = jml::Matrix<double, 1, 1>;
 
 /// x⁺ = 2 x + u + t + 3 w: every argument shows in the number.

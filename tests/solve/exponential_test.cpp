@@ -8,6 +8,8 @@
 
 namespace {
 
+using namespace jml::operators;
+
 using jml::Matrix;
 using jml::Vector;
 
