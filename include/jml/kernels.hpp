@@ -44,8 +44,8 @@ struct Packet<Scalar, 1> {
   using type = Scalar;
 };
 
-/// Rows [first, rows) of one column of out = start + sign · Σ_k a.col(k) coefficient(k), held in registers. With
-/// `from_zero` there is no start.
+/// Rows [first, rows) of one column of out = start + sign · Σ_k a.col(k) coefficient(k), held in registers.
+/// With `from_zero` there is no start.
 ///
 /// Packets never overlap, 15 = 4+4+4+2+1: a load that spans two earlier stores would wait for both.
 template <int rows, int inner, int first, int sign, bool from_zero, typename Scalar, typename Coefficient>
@@ -73,6 +73,27 @@ template <int rows, int inner, int first, int sign, bool from_zero, typename Sca
       column<rows, inner, first + packets * width, sign, from_zero>(out, start, a, coefficient);
     }
   }
+}
+
+/// Column `to` of b = column `from` of a; the same times a factor; less that. In packets, which a loop over
+/// entries of two matrices that might overlap does not get.
+template <typename Scalar, int rows, int cols, int others>
+[[gnu::always_inline]] inline void copy_column(const Matrix<Scalar, rows, cols>& a, int from,
+                                               Matrix<Scalar, rows, others>& b, int to) {
+  column<rows, 0, 0, 1, false>(b.data() + to * rows, a.data() + from * rows, a.data(),
+                               [](int) { return Scalar(0); });
+}
+template <typename Scalar, int rows, int cols, int others>
+[[gnu::always_inline]] inline void scale_column(const Matrix<Scalar, rows, cols>& a, int from, Scalar factor,
+                                                Matrix<Scalar, rows, others>& b, int to) {
+  column<rows, 1, 0, 1, true>(b.data() + to * rows, static_cast<const Scalar*>(nullptr),
+                              a.data() + from * rows, [factor](int) { return factor; });
+}
+template <typename Scalar, int rows, int cols, int others>
+[[gnu::always_inline]] inline void subtract_column(const Matrix<Scalar, rows, cols>& a, int from,
+                                                   Scalar factor, Matrix<Scalar, rows, others>& b, int to) {
+  column<rows, 1, 0, -1, false>(b.data() + to * rows, b.data() + to * rows, a.data() + from * rows,
+                                [factor](int) { return factor; });
 }
 
 /// out = a b.

@@ -48,7 +48,8 @@ template <typename Scalar, int n>
 template <Definite wanted, typename Scalar, int n>
 [[nodiscard, gnu::always_inline]] inline bool diagonal_is(const Matrix<Scalar, n, n>& a) {
   bool positive = true;
-  for (int i = 0; i < n; ++i) positive &= wanted == Definite::positive ? a(i, i) > Scalar(0) : a(i, i) >= Scalar(0);
+  for (int i = 0; i < n; ++i)
+    positive &= wanted == Definite::positive ? a(i, i) > Scalar(0) : a(i, i) >= Scalar(0);
   return positive;
 }
 

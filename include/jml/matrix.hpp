@@ -9,13 +9,26 @@
 
 #include <Eigen/Core>
 #include <cmath>
-#include <cstring>
 #include <type_traits>
 #include <utility>
 
 #ifdef __FAST_MATH__
 #error "jml: -ffast-math removes the checks for NaN; compile without it"
 #endif
+
+// for (i = 0; i < count; ++i) body, written out by the optimiser where it is short, so that its numbers stay
+// in registers. A lambda in its place would cost the compiler a type for each use and size. Undefined below.
+#if defined(__GNUC__) && !defined(__clang__)
+#define JML_WRITTEN_OUT _Pragma("GCC unroll 9")
+#else
+#define JML_WRITTEN_OUT
+#endif
+#define JML_EACH(i, count, body)                            \
+  if constexpr ((count) <= 9) {                             \
+    JML_WRITTEN_OUT for (int i = 0; i < (count); ++i) body; \
+  } else {                                                  \
+    for (int i = 0; i < (count); ++i) body;                 \
+  }
 
 namespace jml {
 
@@ -34,20 +47,6 @@ template <int count, int limit = 3, typename F>
   if constexpr (count <= limit) {
     [&]<int... i>(std::integer_sequence<int, i...>)
         __attribute__((always_inline)) { (f(i), ...); }(std::make_integer_sequence<int, count>{});
-  } else {
-    for (int i = 0; i < count; ++i) f(i);
-  }
-}
-
-/// f(0), …, f(count - 1): a loop, written out by the optimiser where it is short, so that its numbers stay in
-/// registers.
-template <int count, typename F>
-[[gnu::always_inline]] inline void each(const F& f) {
-  if constexpr (count <= 9) {
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC unroll 9
-#endif
-    for (int i = 0; i < count; ++i) f(i);
   } else {
     for (int i = 0; i < count; ++i) f(i);
   }
@@ -72,7 +71,7 @@ template <typename Scalar, int rows, int cols>
     repeat<rows * cols, 9>([&](int i)
                                __attribute__((always_inline)) { to.data()[i] = factor * from.data()[i]; });
   } else {
-    to = factor * from;
+    for (int i = 0; i < rows * cols; ++i) to.data()[i] = factor * from.data()[i];
   }
 }
 
@@ -86,7 +85,7 @@ template <typename Scalar, int rows, int cols>
       to.data()[i] = start.data()[i] + factor * from.data()[i];
     });
   } else {
-    to = start + factor * from;
+    for (int i = 0; i < rows * cols; ++i) to.data()[i] = start.data()[i] + factor * from.data()[i];
   }
 }
 
@@ -94,8 +93,7 @@ template <typename Scalar, int rows, int cols>
 template <typename M>
 [[nodiscard, gnu::always_inline]] inline M zeros() {
   M out;
-  each<int(M::SizeAtCompileTime)>(
-      [&](int i) __attribute__((always_inline)) { out.data()[i] = typename M::Scalar(0); });
+  JML_EACH(i, int(M::SizeAtCompileTime), out.data()[i] = typename M::Scalar(0))
   return out;
 }
 
@@ -103,7 +101,7 @@ template <typename M>
 template <typename M>
 [[nodiscard, gnu::always_inline]] inline M filled(typename M::Scalar value) {
   M out;
-  each<int(M::SizeAtCompileTime)>([&](int i) __attribute__((always_inline)) { out.data()[i] = value; });
+  JML_EACH(i, int(M::SizeAtCompileTime), out.data()[i] = value)
   return out;
 }
 
@@ -111,14 +109,13 @@ template <typename M>
 template <typename M>
 [[nodiscard, gnu::always_inline]] inline M identity() {
   M out = zeros<M>();
-  each<int(M::RowsAtCompileTime)>([&](int i)
-                                      __attribute__((always_inline)) { out(i, i) = typename M::Scalar(1); });
+  JML_EACH(i, int(M::RowsAtCompileTime), out(i, i) = typename M::Scalar(1))
   return out;
 }
 
 template <typename Scalar, int rows, int cols, int options>
 [[gnu::always_inline]] inline void set_zero(Eigen::Matrix<Scalar, rows, cols, options>& a) {
-  each<rows * cols>([&](int i) __attribute__((always_inline)) { a.data()[i] = Scalar(0); });
+  JML_EACH(i, rows * cols, a.data()[i] = Scalar(0))
 }
 
 /// aᵀ.
@@ -126,9 +123,9 @@ template <typename Scalar, int rows, int cols>
 [[nodiscard, gnu::always_inline]] inline Matrix<Scalar, cols, rows> transposed(
     const Matrix<Scalar, rows, cols>& a) {
   Matrix<Scalar, cols, rows> out;
-  each<cols>([&](int j) __attribute__((always_inline)) {
-    for (int i = 0; i < rows; ++i) out(j, i) = a(i, j);
-  });
+  for (int j = 0; j < cols; ++j) {
+    JML_EACH(i, rows, out(j, i) = a(i, j))
+  }
   return out;
 }
 
@@ -142,20 +139,35 @@ template <typename Scalar, int n>
   return out;
 }
 
+/// Σ term(i) of `count` terms, i < count: in eight partial sums where there are many, which is eight times
+/// shorter to wait for.
+template <int count, typename Scalar, typename Term>
+[[nodiscard, gnu::always_inline]] inline Scalar sum_of(const Term& term) {
+  if constexpr (count < 16) {
+    Scalar sum(0);
+    JML_EACH(i, count, sum += term(i))
+    return sum;
+  } else {
+    Scalar part[8] = {};
+    for (int i = 0; i + 8 <= count; i += 8) {
+      JML_WRITTEN_OUT for (int k = 0; k < 8; ++k) part[k] += term(i + k);
+    }
+    for (int i = count / 8 * 8; i < count; ++i) part[0] += term(i);
+    return ((part[0] + part[1]) + (part[2] + part[3])) + ((part[4] + part[5]) + (part[6] + part[7]));
+  }
+}
+
 /// aᵀ b of two vectors.
 template <typename Scalar, int n>
 [[nodiscard, gnu::always_inline]] inline Scalar dot(const Vector<Scalar, n>& a, const Vector<Scalar, n>& b) {
-  Scalar sum(0);
-  each<n>([&](int i) __attribute__((always_inline)) { sum += a(i) * b(i); });
-  return sum;
+  return sum_of<n, Scalar>([&](int i) __attribute__((always_inline)) { return a(i) * b(i); });
 }
 
 /// Σ a_ij².
 template <typename Scalar, int rows, int cols>
 [[nodiscard, gnu::always_inline]] inline Scalar squared_norm(const Matrix<Scalar, rows, cols>& a) {
-  Scalar sum(0);
-  each<rows * cols>([&](int i) __attribute__((always_inline)) { sum += a.data()[i] * a.data()[i]; });
-  return sum;
+  return sum_of<rows * cols, Scalar>(
+      [&](int i) __attribute__((always_inline)) { return a.data()[i] * a.data()[i]; });
 }
 
 /// √Σ a_ij².
@@ -174,16 +186,30 @@ template <typename Scalar, int n>
   return shorter / norm(shorter);
 }
 
-/// max |a_ij|; 0 of an empty matrix, NaN where there is one.
+/// max |a_ij|; 0 of an empty matrix, NaN where an entry is not finite.
 template <typename Scalar, int rows, int cols>
 [[nodiscard]] inline auto largest(const Matrix<Scalar, rows, cols>& a) {
   using std::abs;
-  decltype(abs(Scalar())) most(0);
-  for (int i = 0; i < rows * cols; ++i) {
-    const auto size = abs(a.data()[i]);
-    if (size > most || size != size) most = size;
+  using Real = decltype(abs(Scalar()));
+  constexpr int size = rows * cols, lanes = size < 16 ? 1 : 8;
+  Real most[lanes] = {}, poison[lanes] = {};  // 0·v is zero where v is finite
+  for (int i = 0; i + lanes <= size; i += lanes) {
+    for (int k = 0; k < lanes; ++k) {
+      const Real entry = abs(a.data()[i + k]);
+      most[k] = entry > most[k] ? entry : most[k];
+      poison[k] += Real(0) * entry;
+    }
   }
-  return most;
+  for (int i = size / lanes * lanes; i < size; ++i) {
+    const Real entry = abs(a.data()[i]);
+    most[0] = entry > most[0] ? entry : most[0];
+    poison[0] += Real(0) * entry;
+  }
+  for (int k = 1; k < lanes; ++k) {
+    most[0] = most[k] > most[0] ? most[k] : most[0];
+    poison[0] += poison[k];
+  }
+  return most[0] + poison[0];
 }
 
 /// Σ_j |a_ij| of row i, and max over the columns of Σ_i |a_ij|.
@@ -205,20 +231,20 @@ template <typename Scalar, int rows, int cols>
 [[nodiscard, gnu::always_inline]] inline Matrix<Scalar, rows, cols> absolute(
     const Matrix<Scalar, rows, cols>& a) {
   Matrix<Scalar, rows, cols> out;
-  each<rows * cols>([&](int i) __attribute__((always_inline)) { out.data()[i] = std::abs(a.data()[i]); });
+  JML_EACH(i, rows * cols, out.data()[i] = std::abs(a.data()[i]))
   return out;
 }
 template <typename Scalar, int rows, int cols>
 [[nodiscard, gnu::always_inline]] inline Matrix<Scalar, rows, cols> by_entry(
     const Matrix<Scalar, rows, cols>& a, const Matrix<Scalar, rows, cols>& b) {
   Matrix<Scalar, rows, cols> out;
-  each<rows * cols>([&](int i) __attribute__((always_inline)) { out.data()[i] = a.data()[i] * b.data()[i]; });
+  JML_EACH(i, rows * cols, out.data()[i] = a.data()[i] * b.data()[i])
   return out;
 }
 template <typename Scalar, int n>
 [[nodiscard, gnu::always_inline]] inline Vector<Scalar, n> inverse_of_entries(const Vector<Scalar, n>& a) {
   Vector<Scalar, n> out;
-  each<n>([&](int i) __attribute__((always_inline)) { out(i) = Scalar(1) / a(i); });
+  JML_EACH(i, n, out(i) = Scalar(1) / a(i))
   return out;
 }
 
@@ -243,7 +269,7 @@ inline void add_to_diagonal(Matrix<Scalar, n, n>& a, const Scalar& number) {
 template <typename Scalar, int n>
 [[nodiscard, gnu::always_inline]] inline Vector<Scalar, n> diagonal(const Matrix<Scalar, n, n>& a) {
   Vector<Scalar, n> out;
-  each<n>([&](int i) __attribute__((always_inline)) { out(i) = a(i, i); });
+  JML_EACH(i, n, out(i) = a(i, i))
   return out;
 }
 
@@ -252,7 +278,7 @@ template <typename Scalar, int rows, int cols>
 [[nodiscard, gnu::always_inline]] inline Vector<Scalar, rows> column_of(const Matrix<Scalar, rows, cols>& a,
                                                                         int j) {
   Vector<Scalar, rows> out;
-  each<rows>([&](int i) __attribute__((always_inline)) { out(i) = a(i, j); });
+  JML_EACH(i, rows, out(i) = a(i, j))
   return out;
 }
 
@@ -263,8 +289,7 @@ template <typename To, typename Scalar, int rows, int cols>
     return a;
   } else {
     Matrix<To, rows, cols> out;
-    each<rows * cols>([&](int i)
-                          __attribute__((always_inline)) { out.data()[i] = static_cast<To>(a.data()[i]); });
+    JML_EACH(i, rows * cols, out.data()[i] = static_cast<To>(a.data()[i]))
     return out;
   }
 }
@@ -309,8 +334,9 @@ concept NumberFor = std::is_same_v<Number, Scalar> || std::is_arithmetic_v<Numbe
 }  // namespace kernel
 
 /// Sums and products as values, for two matrices of one fixed type; a mixture with an Eigen expression stays
-/// Eigen's. `using namespace jml::operators;` in a file of one's own brings them there: less to compile.
-inline namespace operators {
+/// Eigen's. Not found by argument-dependent lookup: a model's own code keeps Eigen's operators, with dual
+/// numbers too. `using namespace jml::operators;` brings them into a file of one's own: less to compile.
+namespace operators {
 
 template <typename Scalar, int rows, int cols, int options>
   requires kernel::fixed<rows, cols>
@@ -318,8 +344,7 @@ template <typename Scalar, int rows, int cols, int options>
     const Eigen::Matrix<Scalar, rows, cols, options>& a,
     const Eigen::Matrix<Scalar, rows, cols, options>& b) {
   Eigen::Matrix<Scalar, rows, cols, options> out;
-  kernel::each<rows * cols>(
-      [&](int i) __attribute__((always_inline)) { out.data()[i] = a.data()[i] + b.data()[i]; });
+  JML_EACH(i, rows * cols, out.data()[i] = a.data()[i] + b.data()[i])
   return out;
 }
 
@@ -329,8 +354,7 @@ template <typename Scalar, int rows, int cols, int options>
     const Eigen::Matrix<Scalar, rows, cols, options>& a,
     const Eigen::Matrix<Scalar, rows, cols, options>& b) {
   Eigen::Matrix<Scalar, rows, cols, options> out;
-  kernel::each<rows * cols>(
-      [&](int i) __attribute__((always_inline)) { out.data()[i] = a.data()[i] - b.data()[i]; });
+  JML_EACH(i, rows * cols, out.data()[i] = a.data()[i] - b.data()[i])
   return out;
 }
 
@@ -339,7 +363,7 @@ template <typename Scalar, int rows, int cols, int options>
 [[nodiscard, gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options> operator-(
     const Eigen::Matrix<Scalar, rows, cols, options>& a) {
   Eigen::Matrix<Scalar, rows, cols, options> out;
-  kernel::each<rows * cols>([&](int i) __attribute__((always_inline)) { out.data()[i] = -a.data()[i]; });
+  JML_EACH(i, rows * cols, out.data()[i] = -a.data()[i])
   return out;
 }
 
@@ -348,8 +372,7 @@ template <typename Scalar, int rows, int cols, int options, kernel::NumberFor<Sc
 [[nodiscard, gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options> operator*(
     const Number& factor, const Eigen::Matrix<Scalar, rows, cols, options>& a) {
   Eigen::Matrix<Scalar, rows, cols, options> out;
-  kernel::each<rows * cols>(
-      [&](int i) __attribute__((always_inline)) { out.data()[i] = Scalar(factor) * a.data()[i]; });
+  JML_EACH(i, rows * cols, out.data()[i] = Scalar(factor) * a.data()[i])
   return out;
 }
 
@@ -358,8 +381,7 @@ template <typename Scalar, int rows, int cols, int options, kernel::NumberFor<Sc
 [[nodiscard, gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options> operator*(
     const Eigen::Matrix<Scalar, rows, cols, options>& a, const Number& factor) {
   Eigen::Matrix<Scalar, rows, cols, options> out;
-  kernel::each<rows * cols>(
-      [&](int i) __attribute__((always_inline)) { out.data()[i] = a.data()[i] * Scalar(factor); });
+  JML_EACH(i, rows * cols, out.data()[i] = a.data()[i] * Scalar(factor))
   return out;
 }
 
@@ -368,8 +390,7 @@ template <typename Scalar, int rows, int cols, int options, kernel::NumberFor<Sc
 [[nodiscard, gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options> operator/(
     const Eigen::Matrix<Scalar, rows, cols, options>& a, const Number& divisor) {
   Eigen::Matrix<Scalar, rows, cols, options> out;
-  kernel::each<rows * cols>(
-      [&](int i) __attribute__((always_inline)) { out.data()[i] = a.data()[i] / Scalar(divisor); });
+  JML_EACH(i, rows * cols, out.data()[i] = a.data()[i] / Scalar(divisor))
   return out;
 }
 
@@ -377,18 +398,23 @@ template <typename Scalar, int rows, int inner, int cols, int left, int right>
   requires(kernel::fixed<rows, cols> && inner != Eigen::Dynamic)
 [[nodiscard, gnu::always_inline]] inline Matrix<Scalar, rows, cols> operator*(
     const Eigen::Matrix<Scalar, rows, inner, left>& a, const Eigen::Matrix<Scalar, inner, cols, right>& b) {
-  Matrix<Scalar, rows, cols> out = kernel::zeros<Matrix<Scalar, rows, cols>>();
+  Matrix<Scalar, rows, cols> out;
   if constexpr (rows * inner * cols <= 27) {
-    kernel::each<cols>([&](int j) __attribute__((always_inline)) {
-      kernel::each<inner>([&](int k) __attribute__((always_inline)) {
-        kernel::each<rows>([&](int i) __attribute__((always_inline)) { out(i, j) += a(i, k) * b(k, j); });
-      });
-    });
+    JML_WRITTEN_OUT for (int j = 0; j < cols; ++j) {
+      JML_WRITTEN_OUT for (int i = 0; i < rows; ++i) {
+        Scalar sum(0);
+        JML_WRITTEN_OUT for (int k = 0; k < inner; ++k) sum += a(i, k) * b(k, j);
+        out(i, j) = sum;
+      }
+    }
   } else {
     for (int j = 0; j < cols; ++j) {
+      Scalar column[rows] = {};  // of the product: in registers, whatever `out` may share its memory with
       for (int k = 0; k < inner; ++k) {
-        for (int i = 0; i < rows; ++i) out(i, j) += a(i, k) * b(k, j);
+        const Scalar factor = b(k, j);
+        for (int i = 0; i < rows; ++i) column[i] += a(i, k) * factor;
       }
+      for (int i = 0; i < rows; ++i) out(i, j) = column[i];
     }
   }
   return out;
@@ -398,7 +424,7 @@ template <typename Scalar, int rows, int cols, int options>
   requires kernel::fixed<rows, cols>
 [[gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options>& operator+=(
     Eigen::Matrix<Scalar, rows, cols, options>& a, const Eigen::Matrix<Scalar, rows, cols, options>& b) {
-  kernel::each<rows * cols>([&](int i) __attribute__((always_inline)) { a.data()[i] += b.data()[i]; });
+  JML_EACH(i, rows * cols, a.data()[i] += b.data()[i])
   return a;
 }
 
@@ -406,7 +432,7 @@ template <typename Scalar, int rows, int cols, int options>
   requires kernel::fixed<rows, cols>
 [[gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options>& operator-=(
     Eigen::Matrix<Scalar, rows, cols, options>& a, const Eigen::Matrix<Scalar, rows, cols, options>& b) {
-  kernel::each<rows * cols>([&](int i) __attribute__((always_inline)) { a.data()[i] -= b.data()[i]; });
+  JML_EACH(i, rows * cols, a.data()[i] -= b.data()[i])
   return a;
 }
 
@@ -414,7 +440,7 @@ template <typename Scalar, int rows, int cols, int options, kernel::NumberFor<Sc
   requires kernel::fixed<rows, cols>
 [[gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options>& operator*=(
     Eigen::Matrix<Scalar, rows, cols, options>& a, const Number& factor) {
-  kernel::each<rows * cols>([&](int i) __attribute__((always_inline)) { a.data()[i] *= Scalar(factor); });
+  JML_EACH(i, rows * cols, a.data()[i] *= Scalar(factor))
   return a;
 }
 
@@ -430,4 +456,9 @@ template <typename Scalar, int rows, int cols, int options>
 
 }  // namespace operators
 
+using namespace operators;
+
 }  // namespace jml
+
+#undef JML_EACH
+#undef JML_WRITTEN_OUT

@@ -29,7 +29,7 @@ template <int n>
 struct StabilityPoint {
   Vector<double, n> x = kernel::zeros<Vector<double, n>>();
   Vector<double, n> lambda = kernel::zeros<Vector<double, n>>();  ///< ∂S/∂x
-  double level = 0;                                      ///< S
+  double level = 0;                                               ///< S
   /// dS/dt of ẋ = f - V(x)HᵀR⁻¹h, per second: the full condition is rate < 0.
   double rate = 0;
   /// ½hᵀR⁻¹h - λᵀV(x)HᵀR⁻¹h: the printed condition (13) is printed < 0. It lacks -½ λᵀGQGᵀλ.
@@ -170,7 +170,8 @@ class RiccatiFilterModel {
   S s_;
   At at_;
   Status status_ = Status::ok;
-  Covariance noise_ = kernel::zeros<Covariance>(), V0_ = kernel::zeros<Covariance>(), T_ = kernel::identity<Covariance>();
+  Covariance noise_ = kernel::zeros<Covariance>(), V0_ = kernel::zeros<Covariance>(),
+             T_ = kernel::identity<Covariance>();
   kernel::SymmetricFactor<double, p> R_;
   double pace_ = 0, definiteness_ = 0;
   bool printed_can_hold_ = false;

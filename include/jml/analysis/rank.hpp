@@ -119,7 +119,8 @@ PairRank<Scalar> staircase(Matrix<Scalar, n, n> F, Matrix<Scalar, n, q> L, Scala
       for (int c = 0; c < left; ++c) {
         for (int pass = 0; pass < 2; ++pass) {
           for (int b = 0; b < out.rank; ++b) {
-            const Vector<Scalar, n> direction = kernel::column_of(basis, b), rest = kernel::column_of(candidate, c);
+            const Vector<Scalar, n> direction = kernel::column_of(basis, b),
+                                    rest = kernel::column_of(candidate, c);
             kernel::set_column(candidate, c, rest - kernel::dot(direction, rest) * direction);
           }
         }
@@ -139,7 +140,8 @@ PairRank<Scalar> staircase(Matrix<Scalar, n, n> F, Matrix<Scalar, n, q> L, Scala
       kernel::set_column(candidate, best, kernel::column_of(candidate, left - 1));
     }
     candidates = out.rank < n ? out.rank - first : 0;
-    for (int c = 0; c < candidates; ++c) kernel::set_column(candidate, c, F * kernel::column_of(basis, first + c));
+    for (int c = 0; c < candidates; ++c)
+      kernel::set_column(candidate, c, F * kernel::column_of(basis, first + c));
     scale = kernel::norm(F);
   }
   if (out.rank == 0) out.margin = 0;

@@ -46,8 +46,8 @@ class Batch<D, Sensors<S...>, Scalar_> {
 
   /// Predict over dt, then measure y at its end; as Filter::step.
   template <typename Sensor>
-  [[nodiscard]] Status step(const Sensor& sensor, const Argument<Scalar, measurements_of<Sensor>>& y, Scalar dt,
-                            const Control& control = kernel::zeros<Control>()) {
+  [[nodiscard]] Status step(const Sensor& sensor, const Argument<Scalar, measurements_of<Sensor>>& y,
+                            Scalar dt, const Control& control = kernel::zeros<Control>()) {
     if (const Status status = store_.check(sensor, y); status != Status::ok) return status;
     if (const Status status = predict(dt, control); status != Status::ok) return status;
     return store_.append(sensor, y);

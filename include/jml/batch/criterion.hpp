@@ -35,8 +35,9 @@ class Criterion {
   }
 
   /// x⁺ = f(x) + G (w̄ + w) over dt. not_a_trajectory where w is not in the range of Q.
-  Status disturb(const Vector<Scalar, q>& w, Scalar dt = 0,
-                 const Vector<Scalar, Traits::controls>& control = kernel::zeros<Vector<Scalar, Traits::controls>>()) {
+  Status disturb(
+      const Vector<Scalar, q>& w, Scalar dt = 0,
+      const Vector<Scalar, Traits::controls>& control = kernel::zeros<Vector<Scalar, Traits::controls>>()) {
     const At at{time_, dt, control};
     const Matrix<Scalar, q, q> Q = disturbance_covariance(dynamics_, x_, at);
     if (!is_covariance(Q)) refuse(Status::invalid_disturbance_covariance);

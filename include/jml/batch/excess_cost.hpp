@@ -56,7 +56,8 @@ template <typename D, typename List, typename Scalar, int n>
       there = there && std::abs(off(i)) <= Scalar(1e-9) * size(i) + slack * (std::abs(x(i)) + size(i));
     if (there) {
       const Vector<Scalar, n> pull = batch.x(last) - end.target;
-      return {Status::ok, held.cost - kernel::dot(pull, Vector<Scalar, n>(end.weight * pull)) / Scalar(2) - least.cost};
+      return {Status::ok,
+              held.cost - kernel::dot(pull, Vector<Scalar, n>(end.weight * pull)) / Scalar(2) - least.cost};
     }
     end.target += off;
   }

@@ -24,7 +24,8 @@ struct IntervalNode {
   using At = typename Root::At;
 
   Vector<Scalar, n> x[2] = {kernel::zeros<Vector<Scalar, n>>(), kernel::zeros<Vector<Scalar, n>>()};
-  Vector<Scalar, q> b[2] = {kernel::zeros<Vector<Scalar, q>>(), kernel::zeros<Vector<Scalar, q>>()};  // whitened disturbance
+  Vector<Scalar, q> b[2] = {kernel::zeros<Vector<Scalar, q>>(),
+                            kernel::zeros<Vector<Scalar, q>>()};  // whitened disturbance
   Feedback<Scalar, n, q> law{};
   [[no_unique_address]] std::conditional_t<Root::constant, Nothing, Root> noise{};
   [[no_unique_address]] std::conditional_t<keeps_instant, At, Nothing> instant{};
@@ -50,7 +51,8 @@ struct Record {
 
   [[no_unique_address]] S sensor;
   Vector<Scalar, p> y = kernel::zeros<Vector<Scalar, p>>();
-  kernel::SymmetricFactor<Scalar, p> R{kernel::zeros<Matrix<Scalar, p, p>>(), kernel::zeros<Vector<Scalar, p>>()};
+  kernel::SymmetricFactor<Scalar, p> R{kernel::zeros<Matrix<Scalar, p, p>>(),
+                                       kernel::zeros<Vector<Scalar, p>>()};
 
   /// False where R is no covariance.
   bool freeze(const Vector<Scalar, n>& x, const At& at) {

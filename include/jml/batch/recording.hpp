@@ -96,7 +96,8 @@ class Recording<D, Sensors<S...>, Scalar> {
     if (const Status status = check(sensor, y); status != Status::ok) return status;
     auto& records = std::get<vector_of<Sensor>>(records_);
     records.push_back(Record<Scalar, n, Sensor, At>{sensor, y});
-    if constexpr (!Record<Scalar, n, Sensor, At>::varies) (void)records.back().freeze(kernel::zeros<X>(), At{});
+    if constexpr (!Record<Scalar, n, Sensor, At>::varies)
+      (void)records.back().freeze(kernel::zeros<X>(), At{});
     return Status::ok;
   }
 

@@ -190,10 +190,12 @@ class Sweep {
       if (j == 0) break;
       sum += kernel::squared_norm(node.b[now] + kernel::transposed(store_.root(j).B) * v.slope);
       v.slope =
-          kernel::transposed(dynamics_jacobian(store_.dynamics(), store_.node(j - 1).x[now], node.at())) * v.slope;
+          kernel::transposed(dynamics_jacobian(store_.dynamics(), store_.node(j - 1).x[now], node.at())) *
+          v.slope;
     }
     auto& prior = store_.prior();
-    const Scalar norm = std::sqrt(sum + kernel::squared_norm(prior.a[now] + kernel::transposed(prior.L) * v.slope));
+    const Scalar norm =
+        std::sqrt(sum + kernel::squared_norm(prior.a[now] + kernel::transposed(prior.L) * v.slope));
     return std::isfinite(norm) ? norm : std::numeric_limits<Scalar>::infinity();
   }
 

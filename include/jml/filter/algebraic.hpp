@@ -30,7 +30,8 @@ template <typename Scalar, int n, int p>
 struct AlgebraicReport {
   Status status = Status::ok;  ///< accepted_critical where one of the equations was
   Verdict gate = Verdict::off;
-  Vector<Scalar, p> innovation = kernel::zeros<Vector<Scalar, p>>();  ///< at the start; of a sample: at its time
+  Vector<Scalar, p> innovation =
+      kernel::zeros<Vector<Scalar, p>>();  ///< at the start; of a sample: at its time
   Matrix<Scalar, n, p> gain = kernel::zeros<Matrix<Scalar, n, p>>();  ///< likewise
   Scalar residual = 0, error = 0;  ///< the worst of the solutions: relative residual, claimed relative error
   int solutions = 0, cold = 0;     ///< of the algebraic equation; how many of them a warm start did not serve
@@ -246,7 +247,8 @@ class AlgebraicFilter {
                                       [&](const Square& noise) { at.noise = noise; }))
         return refuse(Status::invalid_disturbance_covariance);
       Matrix<Scalar, p, states> weighted;  // (R dt)⁻¹ E
-      for (int j = 0; j < states; ++j) kernel::set_column(weighted, j, weight.solve(kernel::column_of(at.E, j)) / dt);
+      for (int j = 0; j < states; ++j)
+        kernel::set_column(weighted, j, weight.solve(kernel::column_of(at.E, j)) / dt);
       const Status status = solve(at, kernel::transposed(slot_d) * weighted, report);
       if (!usable(status)) return refuse(status);
       report.status = status;

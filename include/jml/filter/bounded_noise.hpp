@@ -141,7 +141,9 @@ class BoundedNoise {
   [[nodiscard]] State x() const { return now_.box.centre(); }
   [[nodiscard]] const Box<Scalar, states>& box() const { return now_.box; }
   /// (d - c)²/12, eq. (2.34): of this estimate, not an average; the units of the states squared.
-  [[nodiscard]] State error_variance() const { return kernel::by_entry(now_.box.width(), now_.box.width()) / Scalar(12); }
+  [[nodiscard]] State error_variance() const {
+    return kernel::by_entry(now_.box.width(), now_.box.width()) / Scalar(12);
+  }
   [[nodiscard]] double time() const { return time_; }  ///< s
   [[nodiscard]] const D& dynamics() const { return dynamics_; }
   [[nodiscard]] const Rule& rule() const { return rule_; }

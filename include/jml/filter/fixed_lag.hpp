@@ -30,7 +30,7 @@ struct LagReport {
   Status status = Status::ok;
   Verdict gate = Verdict::off;
   Vector<Scalar, p> innovation = kernel::zeros<Vector<Scalar, p>>();  ///< y - m(prediction), units of y
-  Scalar nis = std::numeric_limits<Scalar>::quiet_NaN();     ///< with a gate only
+  Scalar nis = std::numeric_limits<Scalar>::quiet_NaN();              ///< with a gate only
   int sweeps = 0;
   Scalar cost = std::numeric_limits<Scalar>::quiet_NaN();  ///< J of the window, arrival cost included
 };

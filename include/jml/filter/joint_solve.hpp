@@ -163,7 +163,8 @@ template <typename Rule, typename Step>
   using Scalar = typename Step::X::Scalar;
   const IterationOptions& options = rule.options;
   const Scalar tolerance = options.tolerance > 0 ? Scalar(options.tolerance) : default_tolerance<Scalar>();
-  const Scalar start_cost = kernel::dot(start.visit.misfit, start.visit.nu) / Scalar(2);  // (11) at x_s = x̂, w = 0
+  const Scalar start_cost =
+      kernel::dot(start.visit.misfit, start.visit.nu) / Scalar(2);  // (11) at x_s = x̂, w = 0
   const auto judge_cost = [&](Root<Step>& root) __attribute__((always_inline)) {
     root.cost = std::numeric_limits<Scalar>::quiet_NaN();
     if (!usable(root.status) || root.status == Status::accepted_at_limit)

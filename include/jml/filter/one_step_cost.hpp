@@ -41,9 +41,11 @@ template <typename Rule, typename D, typename S, typename Scalar, int n, int p>
     if (!S_factor.factor(report.innovation_matrix, detail::noise_units(R)) || !R_factor.factor(R)) {
       return {Status::singular_innovation};
     }
-    const Vector<Scalar, n> lambda = kernel::transposed(sensor_slot<Rule::D>(rule, s, prediction, prediction, at_y)) *
-                                     S_factor.solve(report.innovation);
-    const Vector<Scalar, n> back = kernel::transposed(dynamics_slot<Rule::B>(rule, d, point, prior.x, at)) * lambda;
+    const Vector<Scalar, n> lambda =
+        kernel::transposed(sensor_slot<Rule::D>(rule, s, prediction, prediction, at_y)) *
+        S_factor.solve(report.innovation);
+    const Vector<Scalar, n> back =
+        kernel::transposed(dynamics_slot<Rule::B>(rule, d, point, prior.x, at)) * lambda;
     const Vector<Scalar, n> smoothed = prior.x + prior.P * back;
     OneStepCost<Scalar> cost{Status::ok, kernel::dot(back, Vector<Scalar, n>(prior.P * back))};
     Vector<Scalar, n> next = dynamics(d, smoothed, at) + (prediction - dynamics(d, prior.x, at));

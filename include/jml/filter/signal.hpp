@@ -80,7 +80,8 @@ template <int p, typename Scalar, typename S, typename Y, typename Use, typename
 [[gnu::always_inline]] inline void with_signal(const S& sensor, const Y& y, double start, double length,
                                                const Use& use, const Refuse& refuse) {
   if constexpr (std::is_invocable_v<const Y&, double> && !requires { Y::RowsAtCompileTime; }) {
-    if constexpr (std::is_same_v<std::remove_cvref_t<std::invoke_result_t<const Y&, double>>, Vector<Scalar, p>>)
+    if constexpr (std::is_same_v<std::remove_cvref_t<std::invoke_result_t<const Y&, double>>,
+                                 Vector<Scalar, p>>)
       use(y);
     else
       use([&y](double time) { return as_measurement<p, Scalar>(y(time)); });

@@ -41,8 +41,7 @@ struct WhitenedStep {
     kernel::set_block(r, 0, 0, u);
     kernel::set_block(r, 2 * n, 0, misfit);
     if (J != nullptr) {
-      const Matrix<Scalar, n, n> f_x =
-          dynamics_jacobian(step.dynamics_model, Step::smoothed(z), step.at);
+      const Matrix<Scalar, n, n> f_x = dynamics_jacobian(step.dynamics_model, Step::smoothed(z), step.at);
       const Matrix<Scalar, p, n> m_x = measurement_jacobian(step.sensor, x_1, step.at_y);
       Matrix<Scalar, n, n> fL;
       Matrix<Scalar, p, n> by_a, by_b;

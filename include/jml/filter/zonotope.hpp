@@ -93,8 +93,8 @@ class Zonotope {
     }
     kernel::set_column(all, columns + n, gain * width);
     centre_ += gain * offset;
-    axes_ = rounding * (before + kernel::absolute(centre_) +
-                        kernel::absolute(gain) * (size + std::abs(offset) + width));
+    axes_ = rounding *
+            (before + kernel::absolute(centre_) + kernel::absolute(gain) * (size + std::abs(offset) + width));
     keep_largest(all, before);
     return 0;
   }

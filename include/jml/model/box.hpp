@@ -18,7 +18,8 @@ struct Box {
   Vector<Scalar, n> upper = kernel::filled<Vector<Scalar, n>>(std::numeric_limits<Scalar>::infinity());
 
   Box() = default;
-  Box(const Argument<Scalar, n>& least, const Argument<Scalar, n>& greatest) : lower(least), upper(greatest) {}
+  Box(const Argument<Scalar, n>& least, const Argument<Scalar, n>& greatest)
+      : lower(least), upper(greatest) {}
 
   /// NaN where a bound is missing.
   [[nodiscard]] Vector<Scalar, n> centre() const { return Scalar(0.5) * (lower + upper); }

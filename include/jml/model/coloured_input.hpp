@@ -52,8 +52,8 @@ struct ColouredInput {
   auto disturbance_input() const {
     const Instant<double> none;
     Matrix<double, states, disturbances> G = kernel::zeros<Matrix<double, states, disturbances>>();
-    G.template bottomRows<inputs>() =
-        jml::disturbance_input(shaping, Vector<double, inputs>(kernel::zeros<Vector<double, inputs>>()), none);
+    G.template bottomRows<inputs>() = jml::disturbance_input(
+        shaping, Vector<double, inputs>(kernel::zeros<Vector<double, inputs>>()), none);
     return G;
   }
   template <typename Filter = Shaping>

@@ -31,9 +31,10 @@ class Discretized {
   using Traits = DynamicsTraits<Continuous>;
   static constexpr int n = Traits::states, q = Traits::disturbances;
   static constexpr bool van_loan = std::is_same_v<NoiseModel, VanLoan>;
-  static_assert(std::is_same_v<Integrator, Euler> || std::is_same_v<Integrator, RungeKutta4>,
-                "jml: discretize<Integrator> makes a step of jml::Euler or jml::RungeKutta4, and of no other "
-                "integrator; for DavisonMaki or Cvode keep the model continuous and take jml::ContinuousFilter");
+  static_assert(
+      std::is_same_v<Integrator, Euler> || std::is_same_v<Integrator, RungeKutta4>,
+      "jml: discretize<Integrator> makes a step of jml::Euler or jml::RungeKutta4, and of no other "
+      "integrator; for DavisonMaki or Cvode keep the model continuous and take jml::ContinuousFilter");
   static_assert(van_loan || std::is_same_v<NoiseModel, HeldNoise>,
                 "jml: discretize<Integrator, NoiseModel> takes jml::VanLoan (the default) or jml::HeldNoise");
 

@@ -16,7 +16,7 @@ Matrix<Scalar, n, n> hessian_by_duals(const Jacobian& jacobian, const Vector<Sca
                                       const Vector<Scalar, rows>& weights) {
   using Along = Dual<Scalar, 1>;
   Matrix<Scalar, n, n> out = kernel::zeros<Matrix<Scalar, n, n>>();
-  Vector<Along, n> z = kernel::cast<Along>(x);
+  Vector<Along, n> z = x.template cast<Along>();
   for (int j = 0; j < n; ++j) {
     z(j).partial[0] = Scalar(1);
     const Matrix<Along, rows, n> J = jacobian(z);

@@ -194,7 +194,8 @@ template <typename Scalar, int n1, int n2>
   const Scalar weight = original.weight(X);
   out.error = gain * (kernel::norm(R) + epsilon * weight);
   // Not critical to rounding: the shifted equation's X is one of a neighbour.
-  if (out.shifted && kernel::norm(R) > Scalar(4) * epsilon * weight) out.error += std::sqrt(kernel::norm(R) / kernel::norm(k.S));
+  if (out.shifted && kernel::norm(R) > Scalar(4) * epsilon * weight)
+    out.error += std::sqrt(kernel::norm(R) / kernel::norm(k.S));
   const bool solved =
       converged && kernel::norm(R) <= (out.shifted ? std::sqrt(epsilon) : backward_limit<Scalar, m>)*weight;
   // A singular U11 may stand for a large X; then all that follows is sound. Else it was an unseen mode.

@@ -93,7 +93,9 @@ template <typename Scalar, int n, int q>
       sums.cost += b(i) * b(i) / Scalar(2);
     });
     if (spread != nullptr) {
-      for (int j = 0; j < q; ++j) kernel::set_column(*spread, j, factor.solve(kernel::column_of(kernel::identity<Matrix<Scalar, q, q>>(), j)));
+      for (int j = 0; j < q; ++j)
+        kernel::set_column(*spread, j,
+                           factor.solve(kernel::column_of(kernel::identity<Matrix<Scalar, q, q>>(), j)));
     }
     kernel::add_symmetric_product<-1>(v.information, scaled, half, rest);
     kernel::add_product<-1>(slope, U, k, slope);

@@ -43,8 +43,7 @@ template <typename Scalar, int p>
 Vector<Scalar, p> noise_units(const Matrix<Scalar, p, p>& R) {
   if constexpr (p == 1)
     return R;
-  else
-  {
+  else {
     Vector<Scalar, p> units;
     for (int i = 0; i < p; ++i) units(i) = std::sqrt(R(i, i));
     return units;
@@ -103,9 +102,9 @@ template <bool symmetric, typename Scalar, int n>
   return true;
 }
 
-/// P⁺ of a correction of N is finite and has lost no variance: N - K E N cancels where N is much larger than R,
-/// and a zero left there would shut the filter against all later measurements. In a nonsymmetric rule, whose
-/// diagonal may have either sign, only an exact zero tells.
+/// P⁺ of a correction of N is finite and has lost no variance: N - K E N cancels where N is much larger than
+/// R, and a zero left there would shut the filter against all later measurements. In a nonsymmetric rule,
+/// whose diagonal may have either sign, only an exact zero tells.
 template <bool symmetric, typename Scalar, int n>
 [[gnu::always_inline]] inline bool is_sound(const Matrix<Scalar, n, n>& N, const Matrix<Scalar, n, n>& P) {
   bool clear = true;
@@ -237,9 +236,9 @@ template <typename Rule, typename Scalar, int n>
 }
 
 /// Propagates an estimate over a step: x̄ = f(x̂) + G w̄, N = A P Bᵀ + G Q Gᵀ.
-/// Refuses a bad Instant, a prior or a model that is not finite, a varying Q that is no covariance, an N with a
-/// negative variance (symmetric rules). That P is
-/// a covariance is trusted here: check_estimate asks it once.
+/// Refuses a bad Instant, a prior or a model that is not finite, a varying Q that is no covariance, an N with
+/// a negative variance (symmetric rules). That P is a covariance is trusted here: check_estimate asks it
+/// once.
 template <OnePassRule Rule, typename D, typename Scalar, int n>
 [[nodiscard]] PredictResult<Scalar, n> predict(
     const Rule& rule, const D& d, const detail::ProcessNoise<Scalar, D>& process_noise,

@@ -24,10 +24,12 @@ namespace jml {
 template <typename Scalar, int n, int p>
 struct FlowReport {
   Status status = Status::ok;
-  Vector<Scalar, p> innovation = kernel::zeros<Vector<Scalar, p>>();  ///< y - m(x̂) at the start of the interval
-  Matrix<Scalar, n, p> gain = kernel::zeros<Matrix<Scalar, n, p>>();  ///< K = P Dᵀ R⁻¹ there, unit of x per y and s
-  long steps = 0;                                            ///< of the integrator
-  long evaluations = 0;                                      ///< of the differential equations
+  Vector<Scalar, p> innovation =
+      kernel::zeros<Vector<Scalar, p>>();  ///< y - m(x̂) at the start of the interval
+  Matrix<Scalar, n, p> gain =
+      kernel::zeros<Matrix<Scalar, n, p>>();  ///< K = P Dᵀ R⁻¹ there, unit of x per y and s
+  long steps = 0;                             ///< of the integrator
+  long evaluations = 0;                       ///< of the differential equations
 };
 
 /// The coefficients of eq. (19) at one point; D, E, R are there with a measurement only.

@@ -83,18 +83,19 @@ constexpr bool differentiable() {
   using At = typename Flow::At;
   using X = typename Flow::X;
   using DualX = Vector<Dual<Scalar, Flow::n>, Flow::n>;
-  bool all = detail::accepts_duals<decltype(detail::dynamics_of(std::declval<const D&>())),
-                                   decltype(detail::jacobian_of(std::declval<const D&>())),
-                                   decltype(detail::sdc_of(std::declval<const D&>())), Scalar, Flow::n,
-                                   At>() &&
-             detail::pair_accepts_duals<decltype(detail::sdc_about_of(std::declval<const D&>())), X, DualX, At>();
+  bool all =
+      detail::accepts_duals<decltype(detail::dynamics_of(std::declval<const D&>())),
+                            decltype(detail::jacobian_of(std::declval<const D&>())),
+                            decltype(detail::sdc_of(std::declval<const D&>())), Scalar, Flow::n, At>() &&
+      detail::pair_accepts_duals<decltype(detail::sdc_about_of(std::declval<const D&>())), X, DualX, At>();
   if constexpr (Flow::measured) {
     using Y = Vector<Scalar, Flow::p>;
     using DualY = Vector<Dual<Scalar, Flow::n>, Flow::p>;
-    all = all && detail::accepts_duals<decltype(detail::measurement_of(std::declval<const S&>())),
-                                       decltype(detail::sensor_jacobian_of(std::declval<const S&>())),
-                                       decltype(detail::sensor_sdc_of(std::declval<const S&>())), Scalar,
-                                       Flow::n, At>() &&
+    all = all &&
+          detail::accepts_duals<decltype(detail::measurement_of(std::declval<const S&>())),
+                                decltype(detail::sensor_jacobian_of(std::declval<const S&>())),
+                                decltype(detail::sensor_sdc_of(std::declval<const S&>())), Scalar, Flow::n,
+                                At>() &&
           detail::pair_accepts_duals<decltype(detail::sensor_sdc_about_of(std::declval<const S&>())), X,
                                      DualX, At>() &&
           detail::pair_accepts_duals<decltype(detail::residual_of(std::declval<const S&>())), Y, DualY, At>();

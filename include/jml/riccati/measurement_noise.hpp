@@ -53,7 +53,8 @@ class MeasurementNoise {
     if constexpr (p == 1) {
       inverse = factor.inverse_diagonal;
     } else {
-      for (int j = 0; j < p; ++j) kernel::set_column(inverse, j, factor.solve(kernel::column_of(kernel::identity<Square>(), j)));
+      for (int j = 0; j < p; ++j)
+        kernel::set_column(inverse, j, factor.solve(kernel::column_of(kernel::identity<Square>(), j)));
       inverse = kernel::symmetric_part(inverse);
     }
     return true;

@@ -25,8 +25,8 @@ struct StepReport {
   Verdict gate = Verdict::off;
   Vector<Scalar, p> innovation = kernel::zeros<Vector<Scalar, p>>();  ///< y - m(prediction), units of y
   Matrix<Scalar, p, p> innovation_matrix =
-      kernel::zeros<Matrix<Scalar, p, p>>();  ///< S = R + E N Dᵀ of the correction; an iterated rule: the EKF\'s, at
-                                     ///< the prediction
+      kernel::zeros<Matrix<Scalar, p, p>>();  ///< S = R + E N Dᵀ of the correction; an iterated rule: the
+                                              ///< EKF\'s, at the prediction
   Matrix<Scalar, n, p> gain = kernel::zeros<Matrix<Scalar, n, p>>();  ///< K = P⁺ Dᵀ R⁻¹
   // Of an iterated rule only:
   Solver solver = Solver::none;
@@ -34,15 +34,15 @@ struct StepReport {
   Scalar residual =
       0;  ///< of the two ground-truth lines over the state scale; accepted_at_limit: before the last sweep
   Scalar cost = 0;  ///< one-step criterion (11) at the root; may be negative where sym(P) is indefinite
-  Vector<Scalar, n> smoothed = kernel::zeros<Vector<Scalar, n>>();  ///< x_{i/i+1}: the previous state, seen from here;
-                                                           ///< of a correction alone x itself
+  Vector<Scalar, n> smoothed =
+      kernel::zeros<Vector<Scalar, n>>();  ///< x_{i/i+1}: the previous state, seen from here;
+                                           ///< of a correction alone x itself
 
   /// Normalised innovation squared, innovationᵀ sym(S)⁻¹ innovation. NaN where sym(S) is not positive
   /// definite, which a nonsymmetric rule may give.
   [[nodiscard]] Scalar nis() const {
     kernel::SymmetricFactor<Scalar, p> factor;
-    const Matrix<Scalar, p, p> symmetric_part =
-        kernel::symmetric_part(innovation_matrix);
+    const Matrix<Scalar, p, p> symmetric_part = kernel::symmetric_part(innovation_matrix);
     if (!factor.factor(symmetric_part)) return std::numeric_limits<Scalar>::quiet_NaN();
     return factor.squared_norm(innovation);
   }

@@ -19,8 +19,9 @@ namespace jml {
 /// One sample of one estimator in one run.
 template <int n>
 struct CampaignRow {
-  Vector<double, n> x = kernel::zeros<Vector<double, n>>();                                         ///< the estimate
-  Vector<double, n> truth = kernel::zeros<Vector<double, n>>(), error = kernel::zeros<Vector<double, n>>();  ///< x - truth
+  Vector<double, n> x = kernel::zeros<Vector<double, n>>();  ///< the estimate
+  Vector<double, n> truth = kernel::zeros<Vector<double, n>>(),
+                    error = kernel::zeros<Vector<double, n>>();  ///< x - truth
   double scalar_error = 0;             ///< scenario.error(), or the 2-norm of `error`
   double nees = 0, nis = 0, cost = 0;  ///< NaN where there is none
   Box<double, n> box;                  ///< of an estimator that has one

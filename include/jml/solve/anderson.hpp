@@ -73,8 +73,8 @@ class Anderson {
     return even + odd;
   }
 
-  Z last_f_ = kernel::zeros<Z>(), last_g_ = kernel::zeros<Z>(), newer_f_ = kernel::zeros<Z>(), newer_g_ = kernel::zeros<Z>(),
-    older_f_ = kernel::zeros<Z>(), older_g_ = kernel::zeros<Z>();
+  Z last_f_ = kernel::zeros<Z>(), last_g_ = kernel::zeros<Z>(), newer_f_ = kernel::zeros<Z>(),
+    newer_g_ = kernel::zeros<Z>(), older_f_ = kernel::zeros<Z>(), older_g_ = kernel::zeros<Z>();
   int calls_ = 0;
 };
 

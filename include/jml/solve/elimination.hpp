@@ -9,10 +9,20 @@
 
 #include <Eigen/Core>
 #include <complex>
-#include <jml/linear_algebra.hpp>
+#include <jml/kernels.hpp>
 #include <utility>
 
 namespace jml::kernel {
+
+/// to -= from · factor, n numbers: in packets where the scalar has them.
+template <typename T, int n>
+[[gnu::always_inline]] inline void subtract_multiple(const Vector<T, n>& from, const T& factor, T* to) {
+  if constexpr (std::is_arithmetic_v<T>) {
+    column<n, 1, 0, -1, false>(to, to, from.data(), [factor](int) { return factor; });
+  } else {
+    for (int i = 0; i < n; ++i) to[i] -= from(i) * factor;
+  }
+}
 
 /// Each `right` becomes M⁻¹ right; M is used up. Exchanges rows for the largest pivot. The answer is the
 /// smallest pivot relative to the largest entry of M: near rounding, M is singular; 0 where M is not finite.
@@ -43,7 +53,7 @@ template <typename T, int n, int... cols>
     const auto clear = [&](auto& m, int first, int count) {
       for (int j = first; j < count; ++j) {
         const T factor = m(k, j) * inverse;
-        for (int i = 0; i < n; ++i) m(i, j) -= column(i) * factor;
+        subtract_multiple(column, factor, m.data() + j * n);
         m(k, j) = factor;
       }
     };

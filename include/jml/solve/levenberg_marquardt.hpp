@@ -48,7 +48,8 @@ struct LevenbergMarquardt {
       const Vector<Scalar, size> there = u + step;
       const bool defined = all_finite(step) &&
                            problem.evaluate(there, trial, static_cast<Matrix<Scalar, rows, size>*>(nullptr));
-      const Scalar predicted = kernel::dot(step, Vector<Scalar, size>(damping * kernel::by_entry(diagonal, step) - gradient));
+      const Scalar predicted =
+          kernel::dot(step, Vector<Scalar, size>(damping * kernel::by_entry(diagonal, step) - gradient));
       const Scalar ratio = defined ? (cost - kernel::squared_norm(trial)) / predicted : Scalar(-1);
       if (ratio > Scalar(0)) {
         u = there;
