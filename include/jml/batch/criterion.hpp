@@ -26,7 +26,7 @@ class Criterion {
       : dynamics_(std::move(dynamics)), prior_(prior), time_(time), status_(check_estimate(Ekf<>{}, prior)) {}
 
   /// Begins at x_0. not_a_trajectory where x_0 - x̂_0 is not in the range of P_0.
-  Status start(const Vector<Scalar, n>& x0) {
+  Status start(const Argument<Scalar, n>& x0) {
     const kernel::SemidefiniteFactor<Scalar, n> factor(prior_.P);
     x_ = x0;
     sum_ = 0;
@@ -36,8 +36,8 @@ class Criterion {
 
   /// x⁺ = f(x) + G (w̄ + w) over dt. not_a_trajectory where w is not in the range of Q.
   Status disturb(
-      const Vector<Scalar, q>& w, Scalar dt = 0,
-      const Vector<Scalar, Traits::controls>& control = kernel::zeros<Vector<Scalar, Traits::controls>>()) {
+      const Argument<Scalar, q>& w, Scalar dt = 0,
+      const Argument<Scalar, Traits::controls>& control = kernel::zeros<Vector<Scalar, Traits::controls>>()) {
     const At at{time_, dt, control};
     const Matrix<Scalar, q, q> Q = disturbance_covariance(dynamics_, x_, at);
     if (!is_covariance(Q)) refuse(Status::invalid_disturbance_covariance);
@@ -50,8 +50,8 @@ class Criterion {
 
   /// The same for a given next state. not_a_trajectory where no disturbance of the model leads there.
   Status advance_to(
-      const Vector<Scalar, n>& next, Scalar dt = 0,
-      const Vector<Scalar, Traits::controls>& control = kernel::zeros<Vector<Scalar, Traits::controls>>()) {
+      const Argument<Scalar, n>& next, Scalar dt = 0,
+      const Argument<Scalar, Traits::controls>& control = kernel::zeros<Vector<Scalar, Traits::controls>>()) {
     const At at{time_, dt, control};
     const Vector<Scalar, n> f = predicted_state(dynamics_, x_, at);
     bool possible = false;

@@ -66,7 +66,7 @@ class AlgebraicFilter {
   using Measurement = Argument<Scalar, measurements_of<S>>;
 
   /// A state that is not finite is refused by every step, until reset().
-  AlgebraicFilter(Rule rule, D dynamics, const State& x, const AlgebraicOptions& options = {},
+  AlgebraicFilter(Rule rule, D dynamics, const Argument<Scalar, states>& x, const AlgebraicOptions& options = {},
                   double time = 0)
       : rule_(std::move(rule)), dynamics_(std::move(dynamics)), process_noise_(dynamics_), options_(options) {
     reset(x, time);
@@ -76,7 +76,7 @@ class AlgebraicFilter {
   Gate gate;
 
   /// Starts again from another state; the next solution is a cold one.
-  Status reset(const State& x, double time) {
+  Status reset(const Argument<Scalar, states>& x, double time) {
     x_ = x;
     time_ = time;
     kernel::set_zero(V_);
