@@ -5,7 +5,7 @@
 
 #include <Eigen/LU>
 #include <array>
-#include <jml/filter/algebraic.hpp>
+#include <jml/continuous/algebraic.hpp>
 #include <string>
 
 #include "../tests/models/continuous.hpp"

@@ -4,7 +4,7 @@
 #include <benchmark/benchmark.h>
 
 #include <jml/jml.hpp>
-#include <jml/sim/campaign.hpp>
+#include <jml/campaign/campaign.hpp>
 #include <string>
 
 #include "../tests/models/van_der_pol.hpp"

@@ -4,10 +4,10 @@
 #include <benchmark/benchmark.h>
 
 #include <array>
-#include <jml/filter/continuous.hpp>
+#include <jml/continuous/continuous.hpp>
 #include <jml/riccati/davison_maki.hpp>
 #ifdef JML_BENCH_CVODE
-#include <jml/filter/cvode.hpp>
+#include <jml/continuous/cvode.hpp>
 #endif
 #include <string>
 

@@ -5,11 +5,11 @@
 #include <malloc.h>
 
 #include <jml/jml.hpp>
-#include <jml/sim/noise.hpp>
+#include <jml/campaign/noise.hpp>
 #include <string>
 #include <vector>
 #ifdef JML_BENCH_CERES
-#include <jml/batch/ceres.hpp>
+#include <jml/interval/ceres.hpp>
 #endif
 
 #include "../tests/models/radar.hpp"

@@ -90,7 +90,7 @@ void limit_step(benchmark::State& state, const Case& c) {
   limit::Square<n> noise;
   limit::Square<p> R;
   const bool valid = jml::detail::ProcessNoise<double, decltype(c.dynamics)>(c.dynamics)
-                         .with(c.dynamics, c.start.x, jml::Instant<double>{},
+                         .with(c.dynamics, c.start.x, jml::StepContext<double>{},
                                [&](const auto& GQG) { limit::copy(GQG, noise); });
   if (!valid) state.SkipWithError("Q is no covariance");
   limit::copy(jml::Matrix<double, p, p>(c.sensor.noise_covariance()), R);
@@ -114,7 +114,7 @@ void eigen_step(benchmark::State& state, const Case& c) {
   Square noise = Square::Zero();
   const bool valid =
       jml::detail::ProcessNoise<double, decltype(c.dynamics)>(c.dynamics)
-          .with(c.dynamics, c.start.x, jml::Instant<double>{}, [&](const auto& GQG) { noise = GQG; });
+          .with(c.dynamics, c.start.x, jml::StepContext<double>{}, [&](const auto& GQG) { noise = GQG; });
   if (!valid) state.SkipWithError("Q is no covariance");
   const jml::Matrix<double, p, p> R = c.sensor.noise_covariance();
   int i = 0;

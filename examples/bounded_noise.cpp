@@ -5,8 +5,8 @@
 // An undamped pendulum of which only the angle is measured. The linearised box of its rate grows without
 // limit; the guaranteed one remembers how angle and rate move together, and stays.
 #include <cstdio>
-#include <jml/filter/bounded_noise.hpp>
-#include <jml/sim/noise.hpp>
+#include <jml/bounded/bounded_noise.hpp>
+#include <jml/campaign/noise.hpp>
 
 struct Pendulum {
   static constexpr int states = 2, disturbances = 1;

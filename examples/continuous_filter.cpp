@@ -3,7 +3,7 @@
 // and y moves in a straight line from sample to sample. Held instead, it is half a sample old.
 #include <cmath>
 #include <cstdio>
-#include <jml/filter/continuous.hpp>
+#include <jml/continuous/continuous.hpp>
 
 struct VanDerPol {  // x: position, velocity; ẋ = f(x) + G w
   using time_domain = jml::ContinuousTime;

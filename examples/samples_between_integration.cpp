@@ -3,7 +3,7 @@
 // equation carries the estimate from sample to sample, and a sensor that has a covariance corrects it there.
 #include <cmath>
 #include <cstdio>
-#include <jml/filter/continuous.hpp>
+#include <jml/continuous/continuous.hpp>
 #include <jml/riccati/davison_maki.hpp>
 
 struct Fall {  // x: height m, speed m/s, upwards; drag 0.002/m

@@ -3,10 +3,10 @@
 // and from the whole flight.
 #include <cmath>
 #include <cstdio>
-#include <jml/batch/batch.hpp>
-#include <jml/filter/fixed_lag.hpp>
+#include <jml/interval/batch.hpp>
+#include <jml/interval/fixed_lag.hpp>
 #include <jml/jml.hpp>
-#include <jml/sim/noise.hpp>
+#include <jml/campaign/noise.hpp>
 
 struct Pendulum {  // x: angle rad, rate rad/s, and g/l in 1/s², which stays what it is
   static constexpr int states = 3, disturbances = 1;

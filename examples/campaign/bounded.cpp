@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A pendulum of which only the angle is measured; of the disturbance and the noise the bounds are known, and
 // they are uniform within.
-#include <jml/filter/bounded_noise.hpp>
+#include <jml/bounded/bounded_noise.hpp>
 #include <models/bounded.hpp>
 
 #include "make_study.hpp"

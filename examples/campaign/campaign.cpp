@@ -11,12 +11,12 @@
 #include <demo/support/output.hpp>
 #include <filesystem>
 #include <jml/analysis/consistency.hpp>
-#include <jml/sim/campaign_report.hpp>
+#include <jml/campaign/campaign_report.hpp>
 #include <optional>
 
 #include "study.hpp"
 #ifdef JML_CAMPAIGN_MPI
-#include <jml/sim/campaign_mpi.hpp>
+#include <jml/campaign/campaign_mpi.hpp>
 #endif
 
 namespace {

@@ -4,9 +4,9 @@
 
 #include <atomic>
 #include <jml/jml.hpp>
-#include <jml/sim/campaign.hpp>
+#include <jml/campaign/campaign.hpp>
 #ifdef JML_CAMPAIGN_MPI
-#include <jml/sim/campaign_mpi.hpp>
+#include <jml/campaign/campaign_mpi.hpp>
 #endif
 #include <mutex>
 #include <thread>

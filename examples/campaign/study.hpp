@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <functional>
-#include <jml/sim/campaign_result.hpp>
+#include <jml/campaign/campaign_result.hpp>
 #include <string>
 #include <vector>
 

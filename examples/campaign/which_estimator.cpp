@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdarg>
 #include <demo/support/output.hpp>
-#include <jml/sim/campaign_report.hpp>
+#include <jml/campaign/campaign_report.hpp>
 
 #include "judgement.hpp"
 

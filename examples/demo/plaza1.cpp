@@ -76,7 +76,7 @@ Result run(const std::string& name, const std::string& key, const Plaza& data, c
       const double range = data.ranges[next][2];
       const auto radio = data.radio<tags>(data.ranges[next]);
       const auto prior = filter.estimate();
-      const jml::Instant<double, 2> at{filter.time(), dt, control};
+      const jml::StepContext<double, 2> at{filter.time(), dt, control};
       out.watch.start();
       const auto report = moved ? filter.update(radio, range) : filter.step(radio, range, dt, control);
       out.watch.stop();

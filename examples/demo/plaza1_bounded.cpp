@@ -7,7 +7,7 @@
 // The start pose is known to 0.3 m and 0.05 rad. Ranges are in order of time, each used at the end of its
 // odometry row.
 #include <cstdio>
-#include <jml/filter/bounded_noise.hpp>
+#include <jml/bounded/bounded_noise.hpp>
 #include <string>
 
 #include "support/figure.hpp"

@@ -6,9 +6,9 @@
 // robustness: two rows that hold some hundred ranges of other places each.
 #include <cstdio>
 #include <jml/analysis/nees.hpp>
-#include <jml/batch/batch.hpp>
-#include <jml/batch/excess_cost.hpp>
-#include <jml/filter/fixed_lag.hpp>
+#include <jml/interval/batch.hpp>
+#include <jml/interval/excess_cost.hpp>
+#include <jml/interval/fixed_lag.hpp>
 #include <jml/jml.hpp>
 #include <memory>
 #include <string>

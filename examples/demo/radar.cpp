@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <jml/analysis/nees.hpp>
 #include <jml/jml.hpp>
-#include <jml/sim/noise.hpp>
+#include <jml/campaign/noise.hpp>
 #include <models/radar.hpp>
 #include <string>
 
@@ -63,7 +63,7 @@ struct Result {
 template <typename Rule>
 Result run(const char* name, const char* key, const std::vector<Track>& tracks, const Rule& rule) {
   Result out(name, key);
-  const jml::Instant<double> now;
+  const jml::StepContext<double> now;
   for (const Track& track : tracks) {
     jml::Filter filter{rule, target, start()};
     for (std::size_t i = 0; i < steps; ++i) {

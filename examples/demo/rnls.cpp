@@ -14,7 +14,7 @@
 #include "support/output.hpp"
 #include "support/statistics.hpp"
 #ifdef JML_DEMO_CVODE
-#include <jml/filter/cvode.hpp>
+#include <jml/continuous/cvode.hpp>
 #endif
 
 namespace {

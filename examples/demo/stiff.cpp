@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
-#include <jml/filter/cvode.hpp>
+#include <jml/continuous/cvode.hpp>
 #include <jml/riccati/davison_maki.hpp>
 #include <models/continuous.hpp>
 

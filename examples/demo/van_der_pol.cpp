@@ -10,7 +10,7 @@
 #include <cstdio>
 #include <functional>
 #include <jml/jml.hpp>
-#include <jml/sim/noise.hpp>
+#include <jml/campaign/noise.hpp>
 #include <models/van_der_pol.hpp>
 #include <numbers>
 #include <numeric>
@@ -86,7 +86,7 @@ void run(const Rule& rule, const Track& track, Result& out, const Observer& obse
     const auto prior = filter.estimate();
     const jml::Vector<double, 1> y(track.y[static_cast<std::size_t>(i)]);
     const auto report = filter.step(sensor, y);
-    const jml::Instant<double> now;
+    const jml::StepContext<double> now;
     out.refused += !jml::usable(report.status);
     const double cost = jml::one_step_cost(rule, oscillator, sensor, prior, y, now, report).value;
     out.cost.add(cost);

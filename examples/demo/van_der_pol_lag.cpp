@@ -10,11 +10,11 @@
 #include <cstdio>
 #include <ctime>
 #include <functional>
-#include <jml/batch/batch.hpp>
-#include <jml/batch/excess_cost.hpp>
-#include <jml/filter/fixed_lag.hpp>
+#include <jml/interval/batch.hpp>
+#include <jml/interval/excess_cost.hpp>
+#include <jml/interval/fixed_lag.hpp>
 #include <jml/jml.hpp>
-#include <jml/sim/noise.hpp>
+#include <jml/campaign/noise.hpp>
 #include <models/van_der_pol.hpp>
 #include <string>
 

@@ -20,14 +20,14 @@ class Argument : public Matrix<Scalar, rows, cols> {
  public:
   using Value::Value;
   Argument() = default;
-  [[gnu::always_inline]] Argument(const Value& value) : Value(value) {}  // NOLINT: a value is an argument
+  JML_INLINE Argument(const Value& value) : Value(value) {}  // NOLINT: a value is an argument
   template <typename Other>
-  [[gnu::always_inline]] Argument(const Eigen::EigenBase<Other>& other)  // NOLINT: so is an expression
+  JML_INLINE Argument(const Eigen::EigenBase<Other>& other)  // NOLINT: so is an expression
       : Value(of_this_size(other.derived())) {}
 
  private:
   template <typename Other>
-  [[gnu::always_inline]] static Value of_this_size(const Other& other) {
+  JML_INLINE static Value of_this_size(const Other& other) {
     if constexpr (!kernel::fixed<int(Other::RowsAtCompileTime), int(Other::ColsAtCompileTime)>) {
       const bool vectors = rows == 1 || cols == 1;  // a row serves as a column, as ever in Eigen
       if (vectors ? other.size() != rows * cols || (other.rows() != 1 && other.cols() != 1)

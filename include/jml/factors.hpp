@@ -16,7 +16,7 @@ struct SymmetricFactor {
   Vector<Scalar, p> inverse_diagonal;  // 1/D
 
   /// False where a pivot is below the rounding of the entry it came from: singular, indefinite or NaN.
-  [[nodiscard, gnu::always_inline]] bool factor(const Matrix<Scalar, p, p>& s) {
+  [[nodiscard]] JML_INLINE bool factor(const Matrix<Scalar, p, p>& s) {
     constexpr Scalar slack = Scalar(4 * p) * std::numeric_limits<Scalar>::epsilon();
     if constexpr (p == 1) {
       inverse_diagonal(0) = Scalar(1) / s(0, 0);
@@ -37,70 +37,70 @@ struct SymmetricFactor {
     }
     assign(lower, s);
     bool positive = true;
-    repeat<p>([&](int k) __attribute__((always_inline)) {
+    repeat<p>([&](int k) JML_INLINE {
       const Scalar pivot = lower(k, k);
       positive &= pivot > slack * s(k, k) && s(k, k) > Scalar(0);
       const Scalar inverse = Scalar(1) / pivot;
       inverse_diagonal(k) = inverse;
-      between(k + 1, p, [&](int j) __attribute__((always_inline)) {
+      between(k + 1, p, [&](int j) JML_INLINE {
         const Scalar factor = lower(j, k) * inverse;
-        between(j, p, [&](int i) __attribute__((always_inline)) { lower(i, j) -= lower(i, k) * factor; });
+        between(j, p, [&](int i) JML_INLINE { lower(i, j) -= lower(i, k) * factor; });
       });
-      between(k + 1, p, [&](int i) __attribute__((always_inline)) { lower(i, k) *= inverse; });
+      between(k + 1, p, [&](int i) JML_INLINE { lower(i, k) *= inverse; });
     });
     return positive;
   }
 
   /// bᵀ S⁻¹ b.
-  [[nodiscard, gnu::always_inline]] Scalar squared_norm(const Vector<Scalar, p>& b) const {
+  [[nodiscard]] JML_INLINE Scalar squared_norm(const Vector<Scalar, p>& b) const {
     if constexpr (p == 1) return b(0) * b(0) * inverse_diagonal(0);
     Vector<Scalar, p> z;
     assign(z, b);
     Scalar sum = 0;
-    repeat<p>([&](int i) __attribute__((always_inline)) {
-      between(0, i, [&](int k) __attribute__((always_inline)) { z(i) -= lower(i, k) * z(k); });
+    repeat<p>([&](int i) JML_INLINE {
+      between(0, i, [&](int k) JML_INLINE { z(i) -= lower(i, k) * z(k); });
       sum += z(i) * z(i) * inverse_diagonal(i);
     });
     return sum;
   }
 
   /// S⁻¹ b.
-  [[nodiscard, gnu::always_inline]] Vector<Scalar, p> solve(const Vector<Scalar, p>& b) const {
+  [[nodiscard]] JML_INLINE Vector<Scalar, p> solve(const Vector<Scalar, p>& b) const {
     Vector<Scalar, p> z;
     assign(z, b);
-    repeat<p>([&](int i) __attribute__((always_inline)) {
-      between(0, i, [&](int k) __attribute__((always_inline)) { z(i) -= lower(i, k) * z(k); });
+    repeat<p>([&](int i) JML_INLINE {
+      between(0, i, [&](int k) JML_INLINE { z(i) -= lower(i, k) * z(k); });
     });
-    repeat<p>([&](int back) __attribute__((always_inline)) {
+    repeat<p>([&](int back) JML_INLINE {
       const int i = p - 1 - back;
       z(i) *= inverse_diagonal(i);
-      between(i + 1, p, [&](int k) __attribute__((always_inline)) { z(i) -= lower(k, i) * z(k); });
+      between(i + 1, p, [&](int k) JML_INLINE { z(i) -= lower(k, i) * z(k); });
     });
     return z;
   }
 
   /// v = w L⁻ᵀ and gain = w S⁻¹, for n×p w. Then w S⁻¹ wᵀ = (v D⁻¹) vᵀ; `scaled` is v D⁻¹.
   template <int n>
-  [[gnu::always_inline]] void right_solve(const Matrix<Scalar, n, p>& w, Matrix<Scalar, n, p>& v,
+  JML_INLINE void right_solve(const Matrix<Scalar, n, p>& w, Matrix<Scalar, n, p>& v,
                                           Matrix<Scalar, n, p>& scaled, Matrix<Scalar, n, p>& gain) const {
     if constexpr (p == 1) {
       assign(v, w);
       kernel::scale(scaled, inverse_diagonal(0), w);
       kernel::scale(gain, inverse_diagonal(0), w);
     } else if constexpr (p <= 3 && n <= 3) {
-      repeat<p>([&](int j) __attribute__((always_inline)) {
-        repeat<n>([&](int i) __attribute__((always_inline)) {
+      repeat<p>([&](int j) JML_INLINE {
+        repeat<n>([&](int i) JML_INLINE {
           Scalar sum = w(i, j);
-          between(0, j, [&](int k) __attribute__((always_inline)) { sum -= v(i, k) * lower(j, k); });
+          between(0, j, [&](int k) JML_INLINE { sum -= v(i, k) * lower(j, k); });
           v(i, j) = sum;
           scaled(i, j) = sum * inverse_diagonal(j);
         });
       });
-      repeat<p>([&](int back) __attribute__((always_inline)) {
+      repeat<p>([&](int back) JML_INLINE {
         const int j = p - 1 - back;
-        repeat<n>([&](int i) __attribute__((always_inline)) {
+        repeat<n>([&](int i) JML_INLINE {
           Scalar sum = scaled(i, j);
-          between(j + 1, p, [&](int k) __attribute__((always_inline)) { sum -= gain(i, k) * lower(k, j); });
+          between(j + 1, p, [&](int k) JML_INLINE { sum -= gain(i, k) * lower(k, j); });
           gain(i, j) = sum;
         });
       });
@@ -115,9 +115,9 @@ struct SymmetricFactor {
  private:
   /// f(begin), …, f(end - 1), written out where p is small; see repeat().
   template <typename F>
-  [[gnu::always_inline]] static void between(int begin, int end, const F& f) {
+  JML_INLINE static void between(int begin, int end, const F& f) {
     if constexpr (p <= 3) {
-      repeat<p>([&](int i) __attribute__((always_inline)) {
+      repeat<p>([&](int i) JML_INLINE {
         if (i >= begin && i < end) f(i);
       });
     } else {
@@ -126,7 +126,7 @@ struct SymmetricFactor {
   }
   // Out of the step, whose registers it would take: a tenth of it at n = 15.
   template <int n>
-  [[gnu::noinline]] void right_solve_apart(const Matrix<Scalar, n, p>& w, Matrix<Scalar, n, p>& v,
+  JML_NOINLINE void right_solve_apart(const Matrix<Scalar, n, p>& w, Matrix<Scalar, n, p>& v,
                                            Matrix<Scalar, n, p>& scaled, Matrix<Scalar, n, p>& gain) const {
     right_solve_columns(w, v, scaled, gain);
   }
@@ -154,7 +154,7 @@ struct GeneralFactor {
 
   /// `scale(i)`: the size of a unit of component i (√R_ii; with p = 1 R itself), which makes the pivot test
   /// free of units. False where S is singular to rounding relative to that scale, or not finite.
-  [[nodiscard, gnu::always_inline]] bool factor(const Matrix<Scalar, p, p>& s,
+  [[nodiscard]] JML_INLINE bool factor(const Matrix<Scalar, p, p>& s,
                                                 const Vector<Scalar, p>& scale) {
     constexpr Scalar slack = Scalar(4 * p) * std::numeric_limits<Scalar>::epsilon();
     if constexpr (p == 1) {

@@ -49,19 +49,19 @@ struct Packet<Scalar, 1> {
 ///
 /// Packets never overlap, 15 = 4+4+4+2+1: a load that spans two earlier stores would wait for both.
 template <int rows, int inner, int first, int sign, bool from_zero, typename Scalar, typename Coefficient>
-[[gnu::always_inline]] inline void column(Scalar* out, const Scalar* start, const Scalar* a,
+JML_INLINE inline void column(Scalar* out, const Scalar* start, const Scalar* a,
                                           const Coefficient& coefficient) {
   if constexpr (rows > 0) {
     constexpr int width = lanes<Scalar, rows>(rows - first);
     constexpr int packets = (rows - first) / width < 8 ? (rows - first) / width : 8;
     using P = typename Packet<Scalar, width>::type;
-    [&]<int... c>(std::integer_sequence<int, c...>) __attribute__((always_inline)) {
+    [&]<int... c>(std::integer_sequence<int, c...>) JML_INLINE {
       P sum[packets];
       if constexpr (from_zero)
         ((sum[c] = P{}), ...);
       else
         (std::memcpy(&sum[c], start + first + c * width, sizeof(P)), ...);
-      repeat<inner>([&](int k) __attribute__((always_inline)) {
+      repeat<inner>([&](int k) JML_INLINE {
         const Scalar factor = sign > 0 ? coefficient(k) : -coefficient(k);
         P term[packets];
         (std::memcpy(&term[c], a + k * rows + first + c * width, sizeof(P)), ...);
@@ -78,19 +78,19 @@ template <int rows, int inner, int first, int sign, bool from_zero, typename Sca
 /// Column `to` of b = column `from` of a; the same times a factor; less that. In packets, which a loop over
 /// entries of two matrices that might overlap does not get.
 template <typename Scalar, int rows, int cols, int others>
-[[gnu::always_inline]] inline void copy_column(const Matrix<Scalar, rows, cols>& a, int from,
+JML_INLINE inline void copy_column(const Matrix<Scalar, rows, cols>& a, int from,
                                                Matrix<Scalar, rows, others>& b, int to) {
   column<rows, 0, 0, 1, false>(b.data() + to * rows, a.data() + from * rows, a.data(),
                                [](int) { return Scalar(0); });
 }
 template <typename Scalar, int rows, int cols, int others>
-[[gnu::always_inline]] inline void scale_column(const Matrix<Scalar, rows, cols>& a, int from, Scalar factor,
+JML_INLINE inline void scale_column(const Matrix<Scalar, rows, cols>& a, int from, Scalar factor,
                                                 Matrix<Scalar, rows, others>& b, int to) {
   column<rows, 1, 0, 1, true>(b.data() + to * rows, static_cast<const Scalar*>(nullptr),
                               a.data() + from * rows, [factor](int) { return factor; });
 }
 template <typename Scalar, int rows, int cols, int others>
-[[gnu::always_inline]] inline void subtract_column(const Matrix<Scalar, rows, cols>& a, int from,
+JML_INLINE inline void subtract_column(const Matrix<Scalar, rows, cols>& a, int from,
                                                    Scalar factor, Matrix<Scalar, rows, others>& b, int to) {
   column<rows, 1, 0, -1, false>(b.data() + to * rows, b.data() + to * rows, a.data() + from * rows,
                                 [factor](int) { return factor; });
@@ -98,10 +98,10 @@ template <typename Scalar, int rows, int cols, int others>
 
 /// out = a b.
 template <typename Scalar, int rows, int inner, int cols>
-[[gnu::always_inline]] inline void product(const Matrix<Scalar, rows, inner>& a,
+JML_INLINE inline void product(const Matrix<Scalar, rows, inner>& a,
                                            const Matrix<Scalar, inner, cols>& b,
                                            Matrix<Scalar, rows, cols>& out) {
-  repeat<cols>([&](int j) __attribute__((always_inline)) {
+  repeat<cols>([&](int j) JML_INLINE {
     column<rows, inner, 0, 1, true>(out.data() + j * rows, static_cast<const Scalar*>(nullptr), a.data(),
                                     [&](int k) { return b(k, j); });
   });
@@ -109,10 +109,10 @@ template <typename Scalar, int rows, int inner, int cols>
 
 /// out = a bᵀ.
 template <typename Scalar, int rows, int inner, int cols>
-[[gnu::always_inline]] inline void product_transposed(const Matrix<Scalar, rows, inner>& a,
+JML_INLINE inline void product_transposed(const Matrix<Scalar, rows, inner>& a,
                                                       const Matrix<Scalar, cols, inner>& b,
                                                       Matrix<Scalar, rows, cols>& out) {
-  repeat<cols>([&](int j) __attribute__((always_inline)) {
+  repeat<cols>([&](int j) JML_INLINE {
     column<rows, inner, 0, 1, true>(out.data() + j * rows, static_cast<const Scalar*>(nullptr), a.data(),
                                     [&](int k) { return b(j, k); });
   });
@@ -120,11 +120,11 @@ template <typename Scalar, int rows, int inner, int cols>
 
 /// out = start + sign · a b. `out` may be `start`.
 template <int sign, typename Scalar, int rows, int inner, int cols>
-[[gnu::always_inline]] inline void add_product(const Matrix<Scalar, rows, cols>& start,
+JML_INLINE inline void add_product(const Matrix<Scalar, rows, cols>& start,
                                                const Matrix<Scalar, rows, inner>& a,
                                                const Matrix<Scalar, inner, cols>& b,
                                                Matrix<Scalar, rows, cols>& out) {
-  repeat<cols>([&](int j) __attribute__((always_inline)) {
+  repeat<cols>([&](int j) JML_INLINE {
     column<rows, inner, 0, sign, false>(out.data() + j * rows, start.data() + j * rows, a.data(),
                                         [&](int k) { return b(k, j); });
   });
@@ -132,11 +132,11 @@ template <int sign, typename Scalar, int rows, int inner, int cols>
 
 /// out = start + sign · a bᵀ. `out` may be `start`.
 template <int sign, typename Scalar, int rows, int inner, int cols>
-[[gnu::always_inline]] inline void add_product_transposed(const Matrix<Scalar, rows, cols>& start,
+JML_INLINE inline void add_product_transposed(const Matrix<Scalar, rows, cols>& start,
                                                           const Matrix<Scalar, rows, inner>& a,
                                                           const Matrix<Scalar, cols, inner>& b,
                                                           Matrix<Scalar, rows, cols>& out) {
-  repeat<cols>([&](int j) __attribute__((always_inline)) {
+  repeat<cols>([&](int j) JML_INLINE {
     column<rows, inner, 0, sign, false>(out.data() + j * rows, start.data() + j * rows, a.data(),
                                         [&](int k) { return b(j, k); });
   });
@@ -144,15 +144,15 @@ template <int sign, typename Scalar, int rows, int inner, int cols>
 
 /// out = start + sign · a bᵀ where the result is known to be symmetric: the lower blocks, mirrored.
 template <int sign, typename Scalar, int n, int inner>
-[[gnu::always_inline]] inline void add_symmetric_product(const Matrix<Scalar, n, n>& start,
+JML_INLINE inline void add_symmetric_product(const Matrix<Scalar, n, n>& start,
                                                          const Matrix<Scalar, n, inner>& a,
                                                          const Matrix<Scalar, n, inner>& b,
                                                          Matrix<Scalar, n, n>& out) {
   constexpr int block = lanes<Scalar, n>(n);
   constexpr int blocks = (n + block - 1) / block;
-  [&]<int... c>(std::integer_sequence<int, c...>) __attribute__((always_inline)) {
-    const auto one_block = [&]<int first>(std::integral_constant<int, first>) __attribute__((always_inline)) {
-      repeat<(first + block < n ? block : n - first)>([&](int step) __attribute__((always_inline)) {
+  [&]<int... c>(std::integer_sequence<int, c...>) JML_INLINE {
+    const auto one_block = [&]<int first>(std::integral_constant<int, first>) JML_INLINE {
+      repeat<(first + block < n ? block : n - first)>([&](int step) JML_INLINE {
         const int j = first + step;
         column<n, inner, first, sign, false>(out.data() + j * n, start.data() + j * n, a.data(),
                                              [&](int k) { return b(j, k); });
@@ -160,22 +160,22 @@ template <int sign, typename Scalar, int n, int inner>
     };
     (one_block(std::integral_constant<int, c * block>{}), ...);
   }(std::make_integer_sequence<int, blocks>{});
-  repeat<n>([&](int j) __attribute__((always_inline)) {
+  repeat<n>([&](int j) JML_INLINE {
     for (int i = 0; i < j; ++i) out(i, j) = out(j, i);
   });
 }
 
 /// out = start + sign · aᵀ b. `out` may be `start`.
 template <int sign, typename Scalar, int rows, int inner, int cols>
-[[gnu::always_inline]] inline void add_transposed_product(const Matrix<Scalar, rows, cols>& start,
+JML_INLINE inline void add_transposed_product(const Matrix<Scalar, rows, cols>& start,
                                                           const Matrix<Scalar, inner, rows>& a,
                                                           const Matrix<Scalar, inner, cols>& b,
                                                           Matrix<Scalar, rows, cols>& out) {
   if constexpr (rows <= 3 && inner <= 3 && cols <= 3) {
-    repeat<cols>([&](int j) __attribute__((always_inline)) {
-      repeat<rows>([&](int i) __attribute__((always_inline)) {
+    repeat<cols>([&](int j) JML_INLINE {
+      repeat<rows>([&](int i) JML_INLINE {
         Scalar sum = start(i, j);
-        repeat<inner>([&](int k) __attribute__((always_inline)) {
+        repeat<inner>([&](int k) JML_INLINE {
           sum += sign > 0 ? a(k, i) * b(k, j) : -(a(k, i) * b(k, j));
         });
         out(i, j) = sum;
@@ -188,16 +188,16 @@ template <int sign, typename Scalar, int rows, int inner, int cols>
 
 /// out = start + sign · aᵀ b where the result is known to be symmetric.
 template <int sign, typename Scalar, int n, int inner>
-[[gnu::always_inline]] inline void add_symmetric_transposed_product(const Matrix<Scalar, n, n>& start,
+JML_INLINE inline void add_symmetric_transposed_product(const Matrix<Scalar, n, n>& start,
                                                                     const Matrix<Scalar, inner, n>& a,
                                                                     const Matrix<Scalar, inner, n>& b,
                                                                     Matrix<Scalar, n, n>& out) {
   if constexpr (n <= 3 && inner <= 3) {
-    repeat<n>([&](int j) __attribute__((always_inline)) {
-      repeat<n>([&](int i) __attribute__((always_inline)) {
+    repeat<n>([&](int j) JML_INLINE {
+      repeat<n>([&](int i) JML_INLINE {
         if (i < j) return;
         Scalar sum = start(i, j);
-        repeat<inner>([&](int k) __attribute__((always_inline)) {
+        repeat<inner>([&](int k) JML_INLINE {
           sum += sign > 0 ? a(k, i) * b(k, j) : -(a(k, i) * b(k, j));
         });
         out(i, j) = sum;

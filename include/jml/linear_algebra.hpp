@@ -14,25 +14,25 @@ enum class Definite { positive, positive_or_zero };
 
 /// True if every entry is finite. 0·v is zero exactly where v is finite: four sums and no branch.
 template <typename Scalar, int rows, int cols, int options>
-[[nodiscard, gnu::always_inline]] inline bool all_finite(
+[[nodiscard]] JML_INLINE inline bool all_finite(
     const Eigen::Matrix<Scalar, rows, cols, options>& a) {
   constexpr int size = rows * cols, fours = size / 4;
   const Scalar* v = a.data();
   Scalar sum[4] = {};
-  kernel::repeat<fours, 2>([&](int i) __attribute__((always_inline)) {
+  kernel::repeat<fours, 2>([&](int i) JML_INLINE {
     sum[0] += Scalar(0) * v[4 * i];
     sum[1] += Scalar(0) * v[4 * i + 1];
     sum[2] += Scalar(0) * v[4 * i + 2];
     sum[3] += Scalar(0) * v[4 * i + 3];
   });
   kernel::repeat<size - 4 * fours>(
-      [&](int i) __attribute__((always_inline)) { sum[i] += Scalar(0) * v[4 * fours + i]; });
+      [&](int i) JML_INLINE { sum[i] += Scalar(0) * v[4 * fours + i]; });
   return (sum[0] + sum[1]) + (sum[2] + sum[3]) == Scalar(0);
 }
 
 /// True if a(i,j) and a(j,i) agree to rounding, relative to the diagonal's scale of that entry.
 template <typename Scalar, int n>
-[[nodiscard, gnu::always_inline]] inline bool is_symmetric(const Matrix<Scalar, n, n>& a) {
+[[nodiscard]] JML_INLINE inline bool is_symmetric(const Matrix<Scalar, n, n>& a) {
   constexpr Scalar slack = Scalar(64) * std::numeric_limits<Scalar>::epsilon();
   for (int j = 0; j < n; ++j) {
     for (int i = j + 1; i < n; ++i) {
@@ -46,7 +46,7 @@ template <typename Scalar, int n>
 
 /// True if every entry on the diagonal is positive (or zero, if that is asked).
 template <Definite wanted, typename Scalar, int n>
-[[nodiscard, gnu::always_inline]] inline bool diagonal_is(const Matrix<Scalar, n, n>& a) {
+[[nodiscard]] JML_INLINE inline bool diagonal_is(const Matrix<Scalar, n, n>& a) {
   bool positive = true;
   for (int i = 0; i < n; ++i)
     positive &= wanted == Definite::positive ? a(i, i) > Scalar(0) : a(i, i) >= Scalar(0);
@@ -55,7 +55,7 @@ template <Definite wanted, typename Scalar, int n>
 
 /// True if every entry off the diagonal is zero.
 template <typename Scalar, int n>
-[[nodiscard, gnu::always_inline]] inline bool is_diagonal(const Matrix<Scalar, n, n>& a) {
+[[nodiscard]] JML_INLINE inline bool is_diagonal(const Matrix<Scalar, n, n>& a) {
   bool zero = true;
   for (int j = 0; j < n; ++j) {
     for (int i = 0; i < n; ++i) zero &= i == j || a(i, j) == Scalar(0);
@@ -106,7 +106,7 @@ template <typename Scalar, int q>
 
 /// R is finite, symmetric, positive definite.
 template <typename Scalar, int p>
-[[nodiscard, gnu::always_inline]] inline bool is_noise_covariance(const Matrix<Scalar, p, p>& R) {
+[[nodiscard]] JML_INLINE inline bool is_noise_covariance(const Matrix<Scalar, p, p>& R) {
   if (is_diagonal(R)) return diagonal_is<Definite::positive>(R) && all_finite(R);
   return all_finite(R) && is_symmetric(R) && is_definite<Definite::positive>(R);
 }

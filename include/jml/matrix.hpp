@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <jml/attributes.hpp>
 #include <type_traits>
 #include <utility>
 
@@ -43,10 +44,10 @@ namespace kernel {
 /// f(0), f(1), …, f(count - 1): written out up to `limit`, so that the optimiser sees single numbers in
 /// registers where it would else see an array in a loop; a loop for more.
 template <int count, int limit = 3, typename F>
-[[gnu::always_inline]] inline void repeat(const F& f) {
+JML_INLINE inline void repeat(const F& f) {
   if constexpr (count <= limit) {
     [&]<int... i>(std::integer_sequence<int, i...>)
-        __attribute__((always_inline)) { (f(i), ...); }(std::make_integer_sequence<int, count>{});
+        JML_INLINE { (f(i), ...); }(std::make_integer_sequence<int, count>{});
   } else {
     for (int i = 0; i < count; ++i) f(i);
   }
@@ -54,10 +55,9 @@ template <int count, int limit = 3, typename F>
 
 /// to = from, number by number where they are few: a packet would pin them to the stack.
 template <typename Scalar, int rows, int cols>
-[[gnu::always_inline]] inline void assign(Matrix<Scalar, rows, cols>& to,
-                                          const Matrix<Scalar, rows, cols>& from) {
+JML_INLINE inline void assign(Matrix<Scalar, rows, cols>& to, const Matrix<Scalar, rows, cols>& from) {
   if constexpr (rows * cols <= 9) {
-    repeat<rows * cols, 9>([&](int i) __attribute__((always_inline)) { to.data()[i] = from.data()[i]; });
+    repeat<rows * cols, 9>([&](int i) JML_INLINE { to.data()[i] = from.data()[i]; });
   } else {
     to = from;
   }
@@ -65,11 +65,10 @@ template <typename Scalar, int rows, int cols>
 
 /// to = factor · from, likewise.
 template <typename Scalar, int rows, int cols>
-[[gnu::always_inline]] inline void scale(Matrix<Scalar, rows, cols>& to, Scalar factor,
-                                         const Matrix<Scalar, rows, cols>& from) {
+JML_INLINE inline void scale(Matrix<Scalar, rows, cols>& to, Scalar factor,
+                             const Matrix<Scalar, rows, cols>& from) {
   if constexpr (rows * cols <= 9) {
-    repeat<rows * cols, 9>([&](int i)
-                               __attribute__((always_inline)) { to.data()[i] = factor * from.data()[i]; });
+    repeat<rows * cols, 9>([&](int i) JML_INLINE { to.data()[i] = factor * from.data()[i]; });
   } else {
     for (int i = 0; i < rows * cols; ++i) to.data()[i] = factor * from.data()[i];
   }
@@ -77,13 +76,11 @@ template <typename Scalar, int rows, int cols>
 
 /// to = start + factor · from, likewise. `to` may be `start`.
 template <typename Scalar, int rows, int cols>
-[[gnu::always_inline]] inline void add_scaled(Matrix<Scalar, rows, cols>& to,
-                                              const Matrix<Scalar, rows, cols>& start, Scalar factor,
-                                              const Matrix<Scalar, rows, cols>& from) {
+JML_INLINE inline void add_scaled(Matrix<Scalar, rows, cols>& to, const Matrix<Scalar, rows, cols>& start,
+                                  Scalar factor, const Matrix<Scalar, rows, cols>& from) {
   if constexpr (rows * cols <= 9) {
-    repeat<rows * cols, 9>([&](int i) __attribute__((always_inline)) {
-      to.data()[i] = start.data()[i] + factor * from.data()[i];
-    });
+    repeat<rows * cols, 9>([&](int i)
+                               JML_INLINE { to.data()[i] = start.data()[i] + factor * from.data()[i]; });
   } else {
     for (int i = 0; i < rows * cols; ++i) to.data()[i] = start.data()[i] + factor * from.data()[i];
   }
@@ -91,7 +88,7 @@ template <typename Scalar, int rows, int cols>
 
 /// 0, rows×cols: kernel::zeros<Matrix<double, 2, 2>>().
 template <typename M>
-[[nodiscard, gnu::always_inline]] inline M zeros() {
+[[nodiscard]] JML_INLINE inline M zeros() {
   M out;
   JML_EACH(i, int(M::SizeAtCompileTime), out.data()[i] = typename M::Scalar(0))
   return out;
@@ -99,7 +96,7 @@ template <typename M>
 
 /// Every entry `value`.
 template <typename M>
-[[nodiscard, gnu::always_inline]] inline M filled(typename M::Scalar value) {
+[[nodiscard]] JML_INLINE inline M filled(typename M::Scalar value) {
   M out;
   JML_EACH(i, int(M::SizeAtCompileTime), out.data()[i] = value)
   return out;
@@ -107,21 +104,20 @@ template <typename M>
 
 /// I, n×n.
 template <typename M>
-[[nodiscard, gnu::always_inline]] inline M identity() {
+[[nodiscard]] JML_INLINE inline M identity() {
   M out = zeros<M>();
   JML_EACH(i, int(M::RowsAtCompileTime), out(i, i) = typename M::Scalar(1))
   return out;
 }
 
 template <typename Scalar, int rows, int cols, int options>
-[[gnu::always_inline]] inline void set_zero(Eigen::Matrix<Scalar, rows, cols, options>& a) {
+JML_INLINE inline void set_zero(Eigen::Matrix<Scalar, rows, cols, options>& a) {
   JML_EACH(i, rows * cols, a.data()[i] = Scalar(0))
 }
 
 /// aᵀ.
 template <typename Scalar, int rows, int cols>
-[[nodiscard, gnu::always_inline]] inline Matrix<Scalar, cols, rows> transposed(
-    const Matrix<Scalar, rows, cols>& a) {
+[[nodiscard]] JML_INLINE inline Matrix<Scalar, cols, rows> transposed(const Matrix<Scalar, rows, cols>& a) {
   Matrix<Scalar, cols, rows> out;
   for (int j = 0; j < cols; ++j) {
     JML_EACH(i, rows, out(j, i) = a(i, j))
@@ -142,7 +138,7 @@ template <typename Scalar, int n>
 /// Σ term(i) of `count` terms, i < count: in eight partial sums where there are many, which is eight times
 /// shorter to wait for.
 template <int count, typename Scalar, typename Term>
-[[nodiscard, gnu::always_inline]] inline Scalar sum_of(const Term& term) {
+[[nodiscard]] JML_INLINE inline Scalar sum_of(const Term& term) {
   if constexpr (count < 16) {
     Scalar sum(0);
     JML_EACH(i, count, sum += term(i))
@@ -159,15 +155,14 @@ template <int count, typename Scalar, typename Term>
 
 /// aᵀ b of two vectors.
 template <typename Scalar, int n>
-[[nodiscard, gnu::always_inline]] inline Scalar dot(const Vector<Scalar, n>& a, const Vector<Scalar, n>& b) {
-  return sum_of<n, Scalar>([&](int i) __attribute__((always_inline)) { return a(i) * b(i); });
+[[nodiscard]] JML_INLINE inline Scalar dot(const Vector<Scalar, n>& a, const Vector<Scalar, n>& b) {
+  return sum_of<n, Scalar>([&](int i) JML_INLINE { return a(i) * b(i); });
 }
 
 /// Σ a_ij².
 template <typename Scalar, int rows, int cols>
-[[nodiscard, gnu::always_inline]] inline Scalar squared_norm(const Matrix<Scalar, rows, cols>& a) {
-  return sum_of<rows * cols, Scalar>(
-      [&](int i) __attribute__((always_inline)) { return a.data()[i] * a.data()[i]; });
+[[nodiscard]] JML_INLINE inline Scalar squared_norm(const Matrix<Scalar, rows, cols>& a) {
+  return sum_of<rows * cols, Scalar>([&](int i) JML_INLINE { return a.data()[i] * a.data()[i]; });
 }
 
 /// √Σ a_ij².
@@ -228,21 +223,20 @@ template <typename Scalar, int rows, int cols>
 
 /// |a_ij|, a_ij b_ij and 1/a_i, by entry.
 template <typename Scalar, int rows, int cols>
-[[nodiscard, gnu::always_inline]] inline Matrix<Scalar, rows, cols> absolute(
-    const Matrix<Scalar, rows, cols>& a) {
+[[nodiscard]] JML_INLINE inline Matrix<Scalar, rows, cols> absolute(const Matrix<Scalar, rows, cols>& a) {
   Matrix<Scalar, rows, cols> out;
   JML_EACH(i, rows * cols, out.data()[i] = std::abs(a.data()[i]))
   return out;
 }
 template <typename Scalar, int rows, int cols>
-[[nodiscard, gnu::always_inline]] inline Matrix<Scalar, rows, cols> by_entry(
-    const Matrix<Scalar, rows, cols>& a, const Matrix<Scalar, rows, cols>& b) {
+[[nodiscard]] JML_INLINE inline Matrix<Scalar, rows, cols> by_entry(const Matrix<Scalar, rows, cols>& a,
+                                                                    const Matrix<Scalar, rows, cols>& b) {
   Matrix<Scalar, rows, cols> out;
   JML_EACH(i, rows * cols, out.data()[i] = a.data()[i] * b.data()[i])
   return out;
 }
 template <typename Scalar, int n>
-[[nodiscard, gnu::always_inline]] inline Vector<Scalar, n> inverse_of_entries(const Vector<Scalar, n>& a) {
+[[nodiscard]] JML_INLINE inline Vector<Scalar, n> inverse_of_entries(const Vector<Scalar, n>& a) {
   Vector<Scalar, n> out;
   JML_EACH(i, n, out(i) = Scalar(1) / a(i))
   return out;
@@ -267,7 +261,7 @@ inline void add_to_diagonal(Matrix<Scalar, n, n>& a, const Scalar& number) {
 }
 
 template <typename Scalar, int n>
-[[nodiscard, gnu::always_inline]] inline Vector<Scalar, n> diagonal(const Matrix<Scalar, n, n>& a) {
+[[nodiscard]] JML_INLINE inline Vector<Scalar, n> diagonal(const Matrix<Scalar, n, n>& a) {
   Vector<Scalar, n> out;
   JML_EACH(i, n, out(i) = a(i, i))
   return out;
@@ -275,8 +269,7 @@ template <typename Scalar, int n>
 
 /// Column j of a.
 template <typename Scalar, int rows, int cols>
-[[nodiscard, gnu::always_inline]] inline Vector<Scalar, rows> column_of(const Matrix<Scalar, rows, cols>& a,
-                                                                        int j) {
+[[nodiscard]] JML_INLINE inline Vector<Scalar, rows> column_of(const Matrix<Scalar, rows, cols>& a, int j) {
   Vector<Scalar, rows> out;
   JML_EACH(i, rows, out(i) = a(i, j))
   return out;
@@ -284,7 +277,7 @@ template <typename Scalar, int rows, int cols>
 
 /// The same numbers in another scalar.
 template <typename To, typename Scalar, int rows, int cols>
-[[nodiscard, gnu::always_inline]] inline auto cast(const Matrix<Scalar, rows, cols>& a) {
+[[nodiscard]] JML_INLINE inline auto cast(const Matrix<Scalar, rows, cols>& a) {
   if constexpr (std::is_same_v<To, Scalar>) {
     return a;
   } else {
@@ -340,7 +333,7 @@ namespace operators {
 
 template <typename Scalar, int rows, int cols, int options>
   requires kernel::fixed<rows, cols>
-[[nodiscard, gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options> operator+(
+[[nodiscard]] JML_INLINE inline Eigen::Matrix<Scalar, rows, cols, options> operator+(
     const Eigen::Matrix<Scalar, rows, cols, options>& a,
     const Eigen::Matrix<Scalar, rows, cols, options>& b) {
   Eigen::Matrix<Scalar, rows, cols, options> out;
@@ -350,7 +343,7 @@ template <typename Scalar, int rows, int cols, int options>
 
 template <typename Scalar, int rows, int cols, int options>
   requires kernel::fixed<rows, cols>
-[[nodiscard, gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options> operator-(
+[[nodiscard]] JML_INLINE inline Eigen::Matrix<Scalar, rows, cols, options> operator-(
     const Eigen::Matrix<Scalar, rows, cols, options>& a,
     const Eigen::Matrix<Scalar, rows, cols, options>& b) {
   Eigen::Matrix<Scalar, rows, cols, options> out;
@@ -360,7 +353,7 @@ template <typename Scalar, int rows, int cols, int options>
 
 template <typename Scalar, int rows, int cols, int options>
   requires kernel::fixed<rows, cols>
-[[nodiscard, gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options> operator-(
+[[nodiscard]] JML_INLINE inline Eigen::Matrix<Scalar, rows, cols, options> operator-(
     const Eigen::Matrix<Scalar, rows, cols, options>& a) {
   Eigen::Matrix<Scalar, rows, cols, options> out;
   JML_EACH(i, rows * cols, out.data()[i] = -a.data()[i])
@@ -369,7 +362,7 @@ template <typename Scalar, int rows, int cols, int options>
 
 template <typename Scalar, int rows, int cols, int options, kernel::NumberFor<Scalar> Number>
   requires kernel::fixed<rows, cols>
-[[nodiscard, gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options> operator*(
+[[nodiscard]] JML_INLINE inline Eigen::Matrix<Scalar, rows, cols, options> operator*(
     const Number& factor, const Eigen::Matrix<Scalar, rows, cols, options>& a) {
   Eigen::Matrix<Scalar, rows, cols, options> out;
   JML_EACH(i, rows * cols, out.data()[i] = Scalar(factor) * a.data()[i])
@@ -378,7 +371,7 @@ template <typename Scalar, int rows, int cols, int options, kernel::NumberFor<Sc
 
 template <typename Scalar, int rows, int cols, int options, kernel::NumberFor<Scalar> Number>
   requires kernel::fixed<rows, cols>
-[[nodiscard, gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options> operator*(
+[[nodiscard]] JML_INLINE inline Eigen::Matrix<Scalar, rows, cols, options> operator*(
     const Eigen::Matrix<Scalar, rows, cols, options>& a, const Number& factor) {
   Eigen::Matrix<Scalar, rows, cols, options> out;
   JML_EACH(i, rows * cols, out.data()[i] = a.data()[i] * Scalar(factor))
@@ -387,7 +380,7 @@ template <typename Scalar, int rows, int cols, int options, kernel::NumberFor<Sc
 
 template <typename Scalar, int rows, int cols, int options, kernel::NumberFor<Scalar> Number>
   requires kernel::fixed<rows, cols>
-[[nodiscard, gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options> operator/(
+[[nodiscard]] JML_INLINE inline Eigen::Matrix<Scalar, rows, cols, options> operator/(
     const Eigen::Matrix<Scalar, rows, cols, options>& a, const Number& divisor) {
   Eigen::Matrix<Scalar, rows, cols, options> out;
   JML_EACH(i, rows * cols, out.data()[i] = a.data()[i] / Scalar(divisor))
@@ -396,7 +389,7 @@ template <typename Scalar, int rows, int cols, int options, kernel::NumberFor<Sc
 
 template <typename Scalar, int rows, int inner, int cols, int left, int right>
   requires(kernel::fixed<rows, cols> && inner != Eigen::Dynamic)
-[[nodiscard, gnu::always_inline]] inline Matrix<Scalar, rows, cols> operator*(
+[[nodiscard]] JML_INLINE inline Matrix<Scalar, rows, cols> operator*(
     const Eigen::Matrix<Scalar, rows, inner, left>& a, const Eigen::Matrix<Scalar, inner, cols, right>& b) {
   Matrix<Scalar, rows, cols> out;
   if constexpr (rows * inner * cols <= 27) {
@@ -422,7 +415,7 @@ template <typename Scalar, int rows, int inner, int cols, int left, int right>
 
 template <typename Scalar, int rows, int cols, int options>
   requires kernel::fixed<rows, cols>
-[[gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options>& operator+=(
+JML_INLINE inline Eigen::Matrix<Scalar, rows, cols, options>& operator+=(
     Eigen::Matrix<Scalar, rows, cols, options>& a, const Eigen::Matrix<Scalar, rows, cols, options>& b) {
   JML_EACH(i, rows * cols, a.data()[i] += b.data()[i])
   return a;
@@ -430,7 +423,7 @@ template <typename Scalar, int rows, int cols, int options>
 
 template <typename Scalar, int rows, int cols, int options>
   requires kernel::fixed<rows, cols>
-[[gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options>& operator-=(
+JML_INLINE inline Eigen::Matrix<Scalar, rows, cols, options>& operator-=(
     Eigen::Matrix<Scalar, rows, cols, options>& a, const Eigen::Matrix<Scalar, rows, cols, options>& b) {
   JML_EACH(i, rows * cols, a.data()[i] -= b.data()[i])
   return a;
@@ -438,7 +431,7 @@ template <typename Scalar, int rows, int cols, int options>
 
 template <typename Scalar, int rows, int cols, int options, kernel::NumberFor<Scalar> Number>
   requires kernel::fixed<rows, cols>
-[[gnu::always_inline]] inline Eigen::Matrix<Scalar, rows, cols, options>& operator*=(
+JML_INLINE inline Eigen::Matrix<Scalar, rows, cols, options>& operator*=(
     Eigen::Matrix<Scalar, rows, cols, options>& a, const Number& factor) {
   JML_EACH(i, rows * cols, a.data()[i] *= Scalar(factor))
   return a;

@@ -60,8 +60,8 @@ enum class Solver : std::uint8_t {
   picard,               ///< eq. (9) swept as printed
   anderson,             ///< Anderson acceleration of the Gauss-Newton sweep
   newton,               ///< damped Newton on the two ground-truth lines
-  levenberg_marquardt,  ///< the core's net: whitened least squares, then Newton
-  ceres,                ///< the same net, with Ceres (component jml::ceres)
+  levenberg_marquardt,  ///< the core's fallback solver: whitened least squares, then Newton
+  ceres,                ///< the same fallback, with Ceres (component jml::ceres)
 };
 
 /// True where the result may be used (it replaced the estimate).

@@ -41,7 +41,7 @@ struct Truth {
     sensor.R << 1, 0.3, 0.3, 0.5;
   }
   Matrix4 Q() const {
-    return dynamics.disturbance_covariance(Vector4(Vector4::Zero()), jml::Instant<double, 0>{0, dt, {}});
+    return dynamics.disturbance_covariance(Vector4(Vector4::Zero()), jml::StepContext<double, 0>{0, dt, {}});
   }
 };
 
@@ -73,7 +73,7 @@ struct Campaign {
       jml::Whiteness<2> one;
       whiteness.start_run();
       for (auto& at_step : nees) {
-        x = (truth.dynamics.dynamics(x, jml::Instant<double, 0>{0, dt, {}}) + noise.normal_vector(Q)).eval();
+        x = (truth.dynamics.dynamics(x, jml::StepContext<double, 0>{0, dt, {}}) + noise.normal_vector(Q)).eval();
         const Vector2 y = truth.sensor.M * x + noise.normal_vector(truth.sensor.R);
         const auto report = filter.step(sensor, y, dt);
         const double value = jml::nees(x - filter.x(), filter.P());

@@ -4,7 +4,7 @@
 
 #include <cmath>
 #include <jml/analysis/whiteness.hpp>
-#include <jml/sim/noise.hpp>
+#include <jml/campaign/noise.hpp>
 #include <vector>
 
 namespace {

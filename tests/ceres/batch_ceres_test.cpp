@@ -21,7 +21,7 @@ jml::Estimate<double, 2> oscillator(double p11, double p12, double p22) {
 
 /// w̄ and Q change along the way, with the state and with time.
 struct Pushed : models::VanDerPol {
-  using At = jml::Instant<double>;
+  using At = jml::StepContext<double>;
   jml::Vector<double, 1> disturbance_mean(const jml::Vector<double, 2>& x, const At& at) const {
     return jml::Vector<double, 1>(0.5 + 0.2 * x(1) + 0.1 * std::sin(at.time));
   }
@@ -54,7 +54,7 @@ TEST(Agreement, OfWhatIsFrozenAlongTheWay) {
     jml::Vector<double, 2> x = prior.x;
     EXPECT_EQ(by_sweep.update(Fading{}, Fading{}.measurement(x)), jml::Status::ok);
     for (int k = 0; k < 200; ++k) {
-      const jml::Instant<double> at{by_sweep.time(k), dynamics.dt, {}};
+      const jml::StepContext<double> at{by_sweep.time(k), dynamics.dt, {}};
       const double sd = std::sqrt(dynamics.disturbance_covariance(x)(0));
       const double w = dynamics.disturbance_mean(x, at)(0) + sd * noise.normal();
       x = (dynamics.dynamics(x) + dynamics.disturbance_input() * w).eval();

@@ -5,9 +5,9 @@
 
 #include <gtest/gtest.h>
 
-#include <jml/batch/ceres.hpp>
-#include <jml/batch/criterion.hpp>
-#include <jml/sim/noise.hpp>
+#include <jml/interval/ceres.hpp>
+#include <jml/interval/criterion.hpp>
+#include <jml/campaign/noise.hpp>
 
 namespace batch_flights {
 

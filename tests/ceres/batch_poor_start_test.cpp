@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
-#include <jml/batch/ceres.hpp>
-#include <jml/sim/noise.hpp>
+#include <jml/interval/ceres.hpp>
+#include <jml/campaign/noise.hpp>
 #include <map>
 #include <string>
 

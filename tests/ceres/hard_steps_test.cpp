@@ -7,7 +7,7 @@
 
 #include <cstdio>
 #include <jml/jml.hpp>
-#include <jml/sim/noise.hpp>
+#include <jml/campaign/noise.hpp>
 #include <jml/solve/ceres.hpp>
 
 #include "models/van_der_pol.hpp"
@@ -86,9 +86,9 @@ void attempt(const Rule& rule, const Task& t, Count& count) {
 
 TEST(HardSteps, WhoSolvesThem) {
   jml::Noise noise(21);
-  const jml::IterationOptions picard{.method = jml::Iteration::picard, .max_iterations = 50, .use_net = false};
-  const jml::IterationOptions anderson{.method = jml::Iteration::anderson, .use_net = false};
-  const jml::IterationOptions newton{.method = jml::Iteration::newton, .use_net = false};
+  const jml::IterationOptions picard{.method = jml::Iteration::picard, .max_iterations = 50, .use_fallback = false};
+  const jml::IterationOptions anderson{.method = jml::Iteration::anderson, .use_fallback = false};
+  const jml::IterationOptions newton{.method = jml::Iteration::newton, .use_fallback = false};
   const jml::IterationOptions net{.method = jml::Iteration::none};
   Count by_anderson, by_newton, by_net, by_ceres, by_filter;
   int hard = 0, hard_nonsymmetric = 0, drawn = 0;
@@ -112,8 +112,8 @@ TEST(HardSteps, WhoSolvesThem) {
   };
   print("Anderson alone", by_anderson);
   print("damped Newton alone", by_newton);
-  print("the core's net alone", by_net);
-  print("the net with Ceres alone", by_ceres);
+  print("the core's fallback solver alone", by_net);
+  print("the fallback solver with Ceres alone", by_ceres);
   print("the filter (Anderson, then net)", by_filter);
   ASSERT_GE(hard, 1000);
   EXPECT_GE(hard_nonsymmetric, hard / 2 - 1);

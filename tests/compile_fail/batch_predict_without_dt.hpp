@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // must say: jml: this model reads time, dt or control: pass dt, predict(dt)
-#include <jml/batch/batch.hpp>
+#include <jml/interval/batch.hpp>
 
 #include "parts.hpp"
 
@@ -9,7 +9,7 @@ namespace batch_predict_without_dt {
 struct Model {
   static constexpr int states = 2;
   template <typename T>
-  jml::Vector<T, 2> dynamics(const jml::Vector<T, 2>& x, const jml::Instant<double>& at) const {
+  jml::Vector<T, 2> dynamics(const jml::Vector<T, 2>& x, const jml::StepContext<double>& at) const {
     return {x(0) + at.dt * x(1), x(1)};
   }
   parts::Matrix2 disturbance_covariance() const { return parts::Matrix2::Identity(); }

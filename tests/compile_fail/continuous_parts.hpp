@@ -3,7 +3,7 @@
 /// A correct continuous model of one measurement and one of two, and their sensors.
 #pragma once
 
-#include <jml/filter/continuous.hpp>
+#include <jml/continuous/continuous.hpp>
 
 #include "parts.hpp"
 

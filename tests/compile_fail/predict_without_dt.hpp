@@ -7,7 +7,7 @@ namespace predict_without_dt {
 struct Model {
   static constexpr int states = 2;
   template <typename T>
-  jml::Vector<T, 2> dynamics(const jml::Vector<T, 2>& x, const jml::Instant<double>& at) const {
+  jml::Vector<T, 2> dynamics(const jml::Vector<T, 2>& x, const jml::StepContext<double>& at) const {
     return {x(0) + at.dt * x(1), x(1)};
   }
   parts::Matrix2 disturbance_covariance() const { return parts::Matrix2::Identity(); }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // must say: jml: this sensor type is not in the estimator's list: add it to jml::sensors<...>
-#include <jml/batch/batch.hpp>
+#include <jml/interval/batch.hpp>
 
 #include "parts.hpp"
 

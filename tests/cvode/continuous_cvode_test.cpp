@@ -3,10 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
-#include <jml/filter/cvode.hpp>
+#include <jml/continuous/cvode.hpp>
 
-#include "filter/continuous_check.hpp"
-#include "filter/continuous_frozen.hpp"
+#include "continuous/continuous_check.hpp"
+#include "continuous/continuous_frozen.hpp"
 #include "models/escaping.hpp"
 
 namespace {

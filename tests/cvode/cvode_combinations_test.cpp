@@ -3,7 +3,7 @@
 // every form a user may give them, stamped out over the rules, against Runge-Kutta with a thousandth of the step.
 #include <gtest/gtest.h>
 
-#include <jml/filter/cvode.hpp>
+#include <jml/continuous/cvode.hpp>
 
 namespace {
 

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <jml/filter/cvode.hpp>
+#include <jml/continuous/cvode.hpp>
 
 #include "heap_trap.hpp"
 #include "models/continuous.hpp"

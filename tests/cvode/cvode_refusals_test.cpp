@@ -3,11 +3,11 @@
 // keeps of it is its own.
 #include <gtest/gtest.h>
 
-#include <jml/filter/cvode.hpp>
+#include <jml/continuous/cvode.hpp>
 #include <thread>
 
-#include "filter/continuous_check.hpp"
-#include "filter/continuous_faulty.hpp"
+#include "continuous/continuous_check.hpp"
+#include "continuous/continuous_faulty.hpp"
 
 namespace {
 

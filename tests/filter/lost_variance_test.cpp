@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <jml/filter/filter.hpp>
-#include <jml/filter/iterated.hpp>
-#include <jml/sim/noise.hpp>
+#include <jml/iterated/iterated.hpp>
+#include <jml/campaign/noise.hpp>
 #include <vector>
 
 namespace {
@@ -152,7 +152,7 @@ TEST(LostVariance, KnownStatesStayKnown) {
 struct Driven {
   static constexpr int states = 2, disturbances = 0, controls = 2;
   template <typename T>
-  jml::Vector<T, 2> dynamics(const jml::Vector<T, 2>& x, const jml::Instant<double, 2>& at) const {
+  jml::Vector<T, 2> dynamics(const jml::Vector<T, 2>& x, const jml::StepContext<double, 2>& at) const {
     return {x(0) + at.control(0), x(1) + at.control(1)};
   }
 };

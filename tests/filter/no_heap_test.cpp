@@ -55,7 +55,7 @@ void every_rule(const D& d, const S& s, const jml::Estimate<double, n>& start,
   expect_no_allocation(jml::Jml{jml::AboutPoint{jml::Vector<double, n>(start.x * 0.9)}}, d, s, start, y);
   expect_no_allocation(jml::IteratedJml{}, d, s, start, y);
   expect_no_allocation(jml::IteratedJml{jml::IterationOptions{.method = jml::Iteration::none}}, d, s, start,
-                       y);  // the net
+                       y);  // the fallback solver
 }
 
 TEST(NoHeap, VanDerPol) {

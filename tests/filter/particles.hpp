@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include <jml/filter/bounded_noise.hpp>
+#include <jml/bounded/bounded_noise.hpp>
 #include <vector>
 
 #include "models/bounded.hpp"
@@ -23,7 +23,7 @@ bool inside(const jml::Box<double, n>& box, const jml::Vector<double, n>& x) {
 /// True where v = y - m(x) is within its bound, by more than rounding.
 template <typename S, int n, int p>
 bool explains(const S& sensor, const jml::Vector<double, n>& x, const jml::Vector<double, p>& y) {
-  const jml::Instant<double> none;
+  const jml::StepContext<double> none;
   const jml::Vector<double, p> v =
       jml::measurement_residual(sensor, y, jml::Vector<double, p>(sensor.measurement(x)));
   return ((jml::noise_bound(sensor, x, none) - v.cwiseAbs()).array() >= 1e-12).all();
@@ -32,7 +32,7 @@ bool explains(const S& sensor, const jml::Vector<double, n>& x, const jml::Vecto
 template <typename D>
 jml::Vector<double, D::states> push(const D& plant, const jml::Vector<double, D::states>& x,
                                     jml::Noise& noise) {
-  const jml::Instant<double> none;
+  const jml::StepContext<double> none;
   const jml::Vector<double, D::disturbances> bound = jml::disturbance_bound(plant, x, none);
   const bool corner = noise.uniform() < 0.7;
   const jml::Vector<double, D::disturbances> w = models::within(bound, noise, corner);
@@ -49,7 +49,7 @@ template <typename Rule, typename D, typename S, int n>
 Outcome run(const Rule& rule, const D& plant, const S& sensor, const jml::Box<double, n>& prior, int steps,
             int count, jml::Noise& noise) {
   constexpr int p = S::measurements;
-  const jml::Instant<double> none;
+  const jml::StepContext<double> none;
   Outcome out;
   jml::BoundedNoise filter{rule, plant, prior};
   std::vector<jml::Vector<double, n>> cloud;

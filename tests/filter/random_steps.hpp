@@ -7,7 +7,7 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <jml/jml.hpp>
-#include <jml/sim/noise.hpp>
+#include <jml/campaign/noise.hpp>
 
 #include "models/pendulum.hpp"
 #include "models/polynomial.hpp"

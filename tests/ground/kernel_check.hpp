@@ -7,7 +7,7 @@
 
 #include <algorithm>
 #include <jml/kernels.hpp>
-#include <jml/sim/noise.hpp>
+#include <jml/campaign/noise.hpp>
 #include <utility>
 
 namespace kernel_test {

@@ -2,7 +2,7 @@
 // The noise source: the same numbers everywhere, and the moments it promises.
 #include <gtest/gtest.h>
 
-#include <jml/sim/noise.hpp>
+#include <jml/campaign/noise.hpp>
 
 namespace {
 

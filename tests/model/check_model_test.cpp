@@ -163,7 +163,7 @@ struct ContinuousVanDerPol {
 TEST(Discretize, VanLoanOfADoubleIntegrator) {
   const auto step = jml::discretize<jml::RungeKutta4>(DoubleIntegrator{});
   const double h = 0.3, q = 0.7;
-  const auto Q = jml::disturbance_covariance(step, x, jml::Instant<double>{0, h, {}});
+  const auto Q = jml::disturbance_covariance(step, x, jml::StepContext<double>{0, h, {}});
   EXPECT_NEAR(Q(0, 0), q * h * h * h / 3, 1e-15);
   EXPECT_NEAR(Q(0, 1), q * h * h / 2, 1e-15);
   EXPECT_NEAR(Q(1, 0), q * h * h / 2, 1e-15);
@@ -175,7 +175,7 @@ TEST(Discretize, VanLoanOfADoubleIntegrator) {
 TEST(Discretize, EulerWithHeldNoiseIsTheDiscreteVanDerPol) {
   const auto step = jml::discretize<jml::Euler, jml::HeldNoise>(ContinuousVanDerPol{});
   const models::VanDerPol expected{.dt = 0.04};
-  const jml::Instant<double> at{0, 0.04, {}};
+  const jml::StepContext<double> at{0, 0.04, {}};
   EXPECT_LT((jml::dynamics(step, x, at) - expected.dynamics(x)).norm(), 1e-16);
   EXPECT_LT((jml::dynamics_jacobian(step, x, at) - expected.dynamics_jacobian(x)).norm(), 1e-15);
   EXPECT_LT(
@@ -189,10 +189,10 @@ TEST(Discretize, EulerWithHeldNoiseIsTheDiscreteVanDerPol) {
 // is 4.
 TEST(Discretize, RungeKuttaCarriesJacobianAndSdc) {
   const auto step = jml::discretize<jml::RungeKutta4>(ContinuousVanDerPol{});
-  EXPECT_TRUE(jml::check_model(step, x, jml::Instant<double>{0, 0.2, {}}).ok());
+  EXPECT_TRUE(jml::check_model(step, x, jml::StepContext<double>{0, 0.2, {}}).ok());
   const auto end = [&](int steps) {
     jml::Vector<double, 2> z = x;
-    for (int i = 0; i < steps; ++i) z = jml::dynamics(step, z, jml::Instant<double>{0, 1.0 / steps, {}});
+    for (int i = 0; i < steps; ++i) z = jml::dynamics(step, z, jml::StepContext<double>{0, 1.0 / steps, {}});
     return z;
   };
   const jml::Vector<double, 2> reference = end(4096);

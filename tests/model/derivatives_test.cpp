@@ -4,7 +4,7 @@
 
 #include <jml/model/functions.hpp>
 #include <jml/model/hessian.hpp>
-#include <jml/sim/noise.hpp>
+#include <jml/campaign/noise.hpp>
 
 #include "models/bare.hpp"
 #include "models/pendulum.hpp"
@@ -16,7 +16,7 @@ namespace {
 
 using namespace jml::operators;
 
-const jml::Instant<double> at{};
+const jml::StepContext<double> at{};
 
 /// max |a - b| over the largest entry of the row.
 template <typename A, typename B>

@@ -67,7 +67,7 @@ struct Walk {
     return x;
   }
   jml::Matrix<float, 1, 1> disturbance_covariance(const jml::Vector<float, 1>&,
-                                                  const jml::Instant<float>&) const {
+                                                  const jml::StepContext<float>&) const {
     return jml::Matrix<float, 1, 1>(5.0F);
   }
 };
@@ -75,7 +75,7 @@ struct Walk {
 TEST(Traits, DisturbancesAreCountedWhereACovarianceIsGiven) {
   EXPECT_EQ(jml::DynamicsTraits<Walk>::disturbances, 1);
   const jml::Estimate<float, 1> start{jml::Vector<float, 1>(0.0F), jml::Matrix<float, 1, 1>(1.0F)};
-  EXPECT_EQ(jml::predict(jml::Ekf{}, Walk{}, start, jml::Instant<float>{}).estimate.P(0, 0), 6.0F);
+  EXPECT_EQ(jml::predict(jml::Ekf{}, Walk{}, start, jml::StepContext<float>{}).estimate.P(0, 0), 6.0F);
 }
 
 /// y = x + u: a sensor that reads the control sees that of the last step in update(), too.
@@ -120,7 +120,7 @@ struct Decay {
 
 TEST(Discretize, KeepsTheDisturbanceMean) {
   const auto step = jml::discretize<jml::RungeKutta4>(Decay{});
-  const jml::Instant<double> at{0, 0.1, {}};
+  const jml::StepContext<double> at{0, 0.1, {}};
   EXPECT_NEAR(jml::predicted_state(step, V1(0.0), at)(0), 2.5 * (1 - std::exp(-0.2)), 1e-5);
 }
 
@@ -129,7 +129,7 @@ TEST(Discretize, VanLoanOfAStiffModel) {
   for (const double a : {2.0, 200.0, 5000.0}) {
     const auto step = jml::discretize<jml::RungeKutta4>(Decay{.a = a});
     const double expected = 3 * (1 - std::exp(-2 * a * 0.1)) / (2 * a);
-    EXPECT_NEAR(jml::disturbance_covariance(step, V1(0.0), jml::Instant<double>{0, 0.1, {}})(0, 0), expected,
+    EXPECT_NEAR(jml::disturbance_covariance(step, V1(0.0), jml::StepContext<double>{0, 0.1, {}})(0, 0), expected,
                 1e-12 * expected)
         << a;
   }

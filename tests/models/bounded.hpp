@@ -3,7 +3,7 @@
 /// The test models with bounds beside their covariances: a uniform density of bound u has the variance u²/3.
 #pragma once
 
-#include <jml/model/box.hpp>
+#include <jml/bounded/box.hpp>
 
 #include "models/linear.hpp"
 #include "models/pendulum.hpp"

@@ -6,7 +6,7 @@
 #pragma once
 
 #include <cmath>
-#include <jml/model/instant.hpp>
+#include <jml/model/step_context.hpp>
 
 namespace models {
 

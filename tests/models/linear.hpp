@@ -3,8 +3,8 @@
 /// Linear systems, random but reproducible: on them every estimator of the library is the Kalman filter.
 #pragma once
 
-#include <jml/model/instant.hpp>
-#include <jml/sim/noise.hpp>
+#include <jml/model/step_context.hpp>
+#include <jml/campaign/noise.hpp>
 
 namespace models {
 

@@ -5,7 +5,7 @@
 #pragma once
 
 #include <cmath>
-#include <jml/model/instant.hpp>
+#include <jml/model/step_context.hpp>
 
 namespace models {
 
@@ -14,7 +14,7 @@ namespace models {
 template <int tags>
 struct PlazaRobot {
   static constexpr int states = 3 + tags, disturbances = 2 + tags, controls = 2;
-  using At = jml::Instant<double, 2>;
+  using At = jml::StepContext<double, 2>;
   double distance_sd = 0.005, distance_sd_slope = 0.05, turn_sd = 0.004, bias_walk = 1e-4;
 
   template <typename T>
@@ -74,7 +74,7 @@ struct RangeToTag {
 /// a tenth of a millimetre a row.
 struct BoundedPlazaRobot {
   static constexpr int states = 3, disturbances = 3, controls = 2;
-  using At = jml::Instant<double, 2>;
+  using At = jml::StepContext<double, 2>;
   double bound, bound_slope;  // m, m per m driven
   double turn_bound = 1e-6;   // rad; the rounding of the recording
 

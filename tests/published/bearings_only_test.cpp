@@ -6,7 +6,7 @@
 // then the mean over runs.
 #include "models/bearings_only.hpp"
 
-#include <jml/filter/smoother.hpp>
+#include <jml/interval/smoother.hpp>
 
 #include "published/campaign.hpp"
 

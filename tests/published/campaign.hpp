@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <jml/jml.hpp>
-#include <jml/sim/noise.hpp>
+#include <jml/campaign/noise.hpp>
 #include <vector>
 
 namespace campaign {

@@ -22,7 +22,7 @@ struct Track {
     jml::Noise noise(seed);
     double x = 0.1;
     for (int k = 0; k < steps; ++k) {
-      const X f = models::Growth{}.dynamics(X(x), jml::Instant<double>{.time = double(k)});
+      const X f = models::Growth{}.dynamics(X(x), jml::StepContext<double>{.time = double(k)});
       x = f(0) + noise.normal();
       truth[k] = x;
       y[k] = x * x / 20 + noise.normal();

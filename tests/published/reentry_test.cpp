@@ -7,7 +7,7 @@
 // averaged), each sample after its update; then the mean over runs.
 #include "models/reentry.hpp"
 
-#include <jml/filter/smoother.hpp>
+#include <jml/interval/smoother.hpp>
 
 #include "published/campaign.hpp"
 

@@ -132,7 +132,7 @@ struct Clocked {
   static constexpr int states = 1, disturbances = 1, controls = 1;
   static constexpr bool linear = true;
   using X = jml::Vector<double, 1>;
-  using At = jml::Instant<double, 1>;
+  using At = jml::StepContext<double, 1>;
   template <typename T>
   jml::Vector<T, 1> dynamics(const jml::Vector<T, 1>& x, const At& at) const {
     return jml::Vector<T, 1>(x(0) + at.dt * (at.control(0) + at.time));
@@ -152,7 +152,7 @@ struct ClockedSensor {
   }
 };
 
-TEST(Instant, StepReadsTheStartAndTheSensorTheEnd) {
+TEST(StepContext, StepReadsTheStartAndTheSensorTheEnd) {
   using X = jml::Vector<double, 1>;
   jml::Filter filter{jml::Kalman{}, Clocked{}, jml::Estimate{X(2), X(3)}, 10};
   double x = 2, P = 3, time = 10;

@@ -21,7 +21,7 @@ struct Plant {
   Matrix2 Q = (Matrix2() << 0.2, 0.05, 0.05, 0.1).finished();
   Matrix2 G = (Matrix2() << 1, 0.5, -0.2, 1).finished();
   double f_offset = 0, jacobian_offset = 0, sdc_offset = 0;
-  using At = jml::Instant<double, 1>;
+  using At = jml::StepContext<double, 1>;
 
   Vector2 dynamics(const Vector2& x, const At& at) const {
     return {x(0) + at.dt * x(1) + f_offset, x(1) - at.dt * (x(0) * x(0) * x(0) - at.control(0))};

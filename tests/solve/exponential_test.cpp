@@ -3,7 +3,7 @@
 // scales.
 #include <gtest/gtest.h>
 
-#include <jml/sim/noise.hpp>
+#include <jml/campaign/noise.hpp>
 #include <jml/solve/exponential.hpp>
 
 namespace {

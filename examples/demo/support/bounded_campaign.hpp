@@ -7,9 +7,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <jml/filter/bounded_noise.hpp>
+#include <jml/bounded/bounded_noise.hpp>
 #include <jml/jml.hpp>
-#include <jml/sim/noise.hpp>
+#include <jml/campaign/noise.hpp>
 #include <string>
 #include <vector>
 

@@ -8,8 +8,8 @@
 
 #include <cmath>
 #include <cstdint>
-#include <jml/filter/continuous.hpp>
-#include <jml/sim/noise.hpp>
+#include <jml/continuous/continuous.hpp>
+#include <jml/campaign/noise.hpp>
 #include <models/continuous.hpp>
 #include <string>
 #include <vector>

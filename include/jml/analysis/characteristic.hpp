@@ -45,7 +45,7 @@ template <typename D, typename S>
 consteval bool require_constant_noise() {
   using T = DynamicsTraits<D>;
   using X = Vector<double, T::states>;
-  using At = Instant<double, T::controls>;
+  using At = StepContext<double, T::controls>;
   static_assert(require_continuous<D>() && require_sensor<S>());
   static_assert(
       !requires(const D& d, const X& x) { T::disturbance_input(d, x); } &&
@@ -70,9 +70,9 @@ class RiccatiFilterModel {
   static constexpr int n = states_of<D>, p = measurements_of<S>;
   using X = Vector<double, n>;
   using Covariance = Matrix<double, n, n>;
-  using At = Instant<double, DynamicsTraits<D>::controls>;
+  using At = StepContext<double, DynamicsTraits<D>::controls>;
 
-  RiccatiFilterModel(const D& d, const S& s) : d_(d), s_(s), at_(no_instant<double, D>()) {
+  RiccatiFilterModel(const D& d, const S& s) : d_(d), s_(s), at_(no_context<double, D>()) {
     status_ = prepare();
   }
 

@@ -24,7 +24,7 @@
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <jml/analysis/nees.hpp>
-#include <jml/riccati/report.hpp>
+#include <jml/filter/report.hpp>
 
 namespace jml {
 

@@ -73,10 +73,10 @@ template <typename Scalar, int n, int p>
 /// The same for a model and a row of Table 1 (Ekf, Sddre, Jml, or a GainRule of the user's). RNLS is the row
 /// Jml of a continuous model. Needs f(0) = 0 and m(0) = 0; x is the estimate, `at` time and control.
 template <OnePassRule Rule, ContinuousDynamics D, typename S, typename Scalar, int n,
-          typename At = Instant<Scalar, DynamicsTraits<D>::controls>>
+          typename At = StepContext<Scalar, DynamicsTraits<D>::controls>>
 [[nodiscard]] LyapunovReport<Scalar> lyapunov(const Rule& rule, const D& d, const S& s,
                                               const Vector<Scalar, n>& x, const Matrix<Scalar, n, n>& P,
-                                              const At& at = no_instant<Scalar, D>()) {
+                                              const At& at = no_context<Scalar, D>()) {
   static_assert(detail::require_continuous<D>() && detail::require_sensor<S>());
   static_assert(n == states_of<D>, "jml: x has another size than the state of these dynamics");
   if (!all_finite(x)) return {Status::invalid_state};

@@ -88,9 +88,9 @@ struct SdcExamination {
 ///
 /// Refused: x, f_x, F, m_x or M not finite, Q no covariance, R not positive definite.
 template <typename D, typename S, typename Scalar, int n,
-          typename At = Instant<Scalar, DynamicsTraits<D>::controls>>
+          typename At = StepContext<Scalar, DynamicsTraits<D>::controls>>
 [[nodiscard]] SdcExamination<Scalar> examine_sdc(const D& d, const S& s, const Vector<Scalar, n>& x,
-                                                 const At& at = no_instant<Scalar, D>()) {
+                                                 const At& at = no_context<Scalar, D>()) {
   static_assert(detail::require_sensor<S>());
   constexpr int q = DynamicsTraits<D>::disturbances, p = measurements_of<S>;
   static_assert(n == states_of<D>, "jml: x has another size than the state of these dynamics");

@@ -5,7 +5,7 @@
 ///
 /// The filter without input is ẋ = f(x) - V(x)HᵀR⁻¹h(x), with V(x) from the algebraic equation (9) of the SDC
 /// matrices at x. S, with ∂S/∂x = λ, is followed outward along the unstable manifold of (10)
-/// (characteristic.hpp, stability_march.hpp), from a small ellipsoid with λ = V(0)⁻¹x, S = ½xᵀV(0)⁻¹x.
+/// (characteristic.hpp, stability_continuation.hpp), from a small ellipsoid with λ = V(0)⁻¹x, S = ½xᵀV(0)⁻¹x.
 /// The filter is asymptotically stable on the largest set {S ≤ γ} on which, x ≠ 0,
 ///   dS/dt = λᵀ(f - VHᵀR⁻¹h) = -½λᵀGQGᵀλ + ½hᵀR⁻¹h - λᵀVHᵀR⁻¹h < 0.
 /// The printed (13) drops the first term and is only sufficient. With fewer measurements than states there is
@@ -18,17 +18,17 @@
 ///
 /// **Certified by sampling, no proof**: the condition was looked at on `rays` × `levels` points, between
 /// levels where a peak shows, and more finely round the ray that fails first. What is narrower than the
-/// reported resolution can be missed, and so can a front that meets itself without a fold.
+/// reported resolution can be missed, and so can a mesh that meets itself without a fold.
 #pragma once
 
 #include <jml/analysis/autonomous_filter.hpp>
-#include <jml/analysis/stability_march.hpp>
+#include <jml/analysis/stability_continuation.hpp>
 
 namespace jml {
 
 template <int n>
 struct StabilityRegion {
-  Status status = Status::ok;  ///< refusal before any march, or of what ended it
+  Status status = Status::ok;  ///< refusal before any continuation, or of what ended it
   Matrix<double, n, n> origin_covariance = kernel::zeros<Matrix<double, n, n>>();  ///< V(0)
 
   double level = 0;                             ///< largest γ certified by the full condition
@@ -50,8 +50,8 @@ struct StabilityRegion {
   std::vector<StabilityPoint<n>> boundary;  ///< of {S ≤ γ}, one for each ray that reaches it
 
   int levels = 0;          ///< fronts
-  double level_ratio = 0;  ///< S of a front over S of the one before
-  double largest_gap = 0;  ///< between neighbours on a front, relative to its size; n = 1: none
+  double level_ratio = 0;  ///< S of a mesh over S of the one before
+  double largest_gap = 0;  ///< between neighbours on a mesh, relative to its size; n = 1: none
   double hamiltonian = 0;  ///< largest relative |H| met, zero in theory: the accuracy of the manifold
 };
 
@@ -72,38 +72,38 @@ template <ContinuousDynamics D, Sensor S>
   out.origin_covariance = model.origin_covariance();
   out.definiteness = model.definiteness();
 
-  detail::StabilityMarch<D, S> march(model, options);
-  march.run();
-  out.levels = march.levels;
+  detail::StabilityContinuation<D, S> continuation(model, options);
+  continuation.run();
+  out.levels = continuation.levels;
   out.level_ratio = options.level_ratio;
-  out.largest_gap = march.largest_gap;
-  out.mesh = march.front.simplices;
-  out.level = std::min(march.first.level, options.largest_level);
-  if (march.first.level <= options.largest_level) {
-    out.limit = march.first.limit;
-    out.limiting_point = march.first.point;
-    out.status = march.first.status;
+  out.largest_gap = continuation.largest_gap;
+  out.mesh = continuation.mesh.simplices;
+  out.level = std::min(continuation.first.level, options.largest_level);
+  if (continuation.first.level <= options.largest_level) {
+    out.limit = continuation.first.limit;
+    out.limiting_point = continuation.first.point;
+    out.status = continuation.first.status;
   } else {
     out.limit = StabilityLimit::none;
   }
-  out.reach = std::min(march.without_condition, march.level_of(march.levels - 1));
-  out.reach_limit = march.without_condition_limit;
+  out.reach = std::min(continuation.without_condition, continuation.level_of(continuation.levels - 1));
+  out.reach_limit = continuation.without_condition_limit;
   out.printed_level = out.level;  // what (13) allows, the full condition allows too
   out.printed_limit = out.limit;
-  out.printed_failures = march.printed_failures;
+  out.printed_failures = continuation.printed_failures;
   if (!model.printed_can_hold()) {
     out.printed_level = 0;
     out.printed_limit = StabilityLimit::condition;
-  } else if (march.printed_level < out.printed_level) {
-    out.printed_level = march.printed_level / options.level_ratio;
+  } else if (continuation.printed_level < out.printed_level) {
+    out.printed_level = continuation.printed_level / options.level_ratio;
     out.printed_limit = StabilityLimit::condition;
   }
   if (out.level > 0) {
-    for (int i = 0; i < static_cast<int>(march.rays.size()); ++i) {
-      if (const auto point = march.at_level(i, out.level)) out.boundary.push_back(*point);
+    for (int i = 0; i < static_cast<int>(continuation.rays.size()); ++i) {
+      if (const auto point = continuation.at_level(i, out.level)) out.boundary.push_back(*point);
     }
   }
-  out.rays = std::move(march.rays);
+  out.rays = std::move(continuation.rays);
   for (const auto& ray : out.rays) {
     for (const auto& point : ray.points) out.hamiltonian = std::max(out.hamiltonian, point.hamiltonian);
   }

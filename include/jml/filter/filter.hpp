@@ -32,7 +32,7 @@ class Filter {
   using State = Vector<Scalar, states>;
   using Covariance = Matrix<Scalar, states, states>;
   using Control = Argument<Scalar, Traits::controls>;
-  using At = Instant<Scalar, Traits::controls>;
+  using At = StepContext<Scalar, Traits::controls>;
   template <typename S>
   using Report = StepReport<Scalar, states, measurements_of<S>>;
   template <typename S>
@@ -86,7 +86,7 @@ class Filter {
   }
   template <typename S>
   [[nodiscard]] Report<S> step(const S& sensor, const Measurement<S>& y) {
-    static_assert(!reads_instant<Scalar, D>() && !sensor_reads_instant<S, State, At>(),
+    static_assert(!reads_context<Scalar, D>() && !sensor_reads_context<S, State, At>(),
                   "jml: this model reads time, dt or control: pass dt, step(sensor, y, dt)");
     return step(sensor, y, Scalar(0));
   }
@@ -113,7 +113,7 @@ class Filter {
     return result.status;
   }
   [[nodiscard]] Status predict() {
-    static_assert(!reads_instant<Scalar, D>(),
+    static_assert(!reads_context<Scalar, D>(),
                   "jml: this model reads time, dt or control: pass dt, predict(dt)");
     return predict(Scalar(0));
   }

@@ -161,9 +161,9 @@ void check_function(ModelReport& report, Finding::Function itself, const Vector<
 /// Checks dynamics at x, n: that its Jacobian is the derivative, its SDC matrix satisfies F(x) x =
 /// f(x) - f(0), Q is a covariance, G and w̄ are finite, a claim of linearity holds. Use several x, none of
 /// them special.
-template <Dynamics D, int n, typename At = Instant<double, DynamicsTraits<D>::controls>>
+template <Dynamics D, int n, typename At = StepContext<double, DynamicsTraits<D>::controls>>
 [[nodiscard]] ModelReport check_model(const D& d, const Vector<double, n>& x,
-                                      const At& at = no_instant<double, D>()) {
+                                      const At& at = no_context<double, D>()) {
   static_assert(states_of<D> == n, "jml: x has not as many states as the dynamics");
   ModelReport report;
   constexpr bool generic = detail::Generic<decltype(detail::dynamics_of(d)), Vector<Dual<double, n>, n>, At>;
@@ -200,7 +200,7 @@ template <Dynamics D, int n, typename At = Instant<double, DynamicsTraits<D>::co
 }
 
 /// Checks a sensor at x, n, likewise; R must be positive definite.
-template <Sensor S, int n, typename At = Instant<double>>
+template <Sensor S, int n, typename At = StepContext<double>>
 [[nodiscard]] ModelReport check_model(const S& s, const Vector<double, n>& x, const At& at = {}) {
   constexpr int p = measurements_of<S>;
   ModelReport report;

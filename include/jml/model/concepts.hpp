@@ -40,11 +40,11 @@ constexpr bool has_noise_covariance() {
   } || requires(const S& s, const X& x, const At& at) { T::noise_covariance(s, x, at); };
 }
 
-/// True where f, f_x, G, Q or ū of this model take an Instant: then a step needs its dt.
+/// True where f, f_x, G, Q or ū of this model take an StepContext: then a step needs its dt.
 template <typename Scalar, typename D>
-constexpr bool reads_instant() {
+constexpr bool reads_context() {
   using X = Vector<Scalar, states_of<D>>;
-  using At = Instant<Scalar, DynamicsTraits<D>::controls>;
+  using At = StepContext<Scalar, DynamicsTraits<D>::controls>;
   using T = DynamicsTraits<D>;
   return requires(const D& d, const X& x, const At& at) { T::dynamics(d, x, at); } ||
          requires(const D& d, const X& x, const At& at) { T::jacobian(d, x, at); } ||
@@ -57,19 +57,19 @@ constexpr bool reads_instant() {
          requires(const D& d, const X& x, const At& at) { T::disturbance_bound(d, x, at); };
 }
 
-/// True where m, R or b of this sensor take an Instant.
+/// True where m, R or b of this sensor take an StepContext.
 template <typename S, typename X, typename At>
-constexpr bool sensor_reads_instant() {
+constexpr bool sensor_reads_context() {
   using T = SensorTraits<S>;
   return requires(const S& s, const X& x, const At& at) { T::measurement(s, x, at); } ||
          requires(const S& s, const X& x, const At& at) { T::noise_covariance(s, x, at); } ||
          requires(const S& s, const X& x, const At& at) { T::noise_bound(s, x, at); };
 }
 
-/// The Instant of a free function that was given none: only for a model that does not ask.
+/// The StepContext of a free function that was given none: only for a model that does not ask.
 template <typename Scalar, typename D>
-constexpr Instant<Scalar, DynamicsTraits<D>::controls> no_instant() {
-  static_assert(!reads_instant<Scalar, D>(), "jml: this model reads time, dt or control: pass an Instant");
+constexpr StepContext<Scalar, DynamicsTraits<D>::controls> no_context() {
+  static_assert(!reads_context<Scalar, D>(), "jml: this model reads time, dt or control: pass an StepContext");
   return {};
 }
 

@@ -24,7 +24,7 @@ struct VanLoan {};
 /// Noise held over the step: G dt and Q/dt, rank q as the continuous model's. Order 1, and cheap.
 struct HeldNoise {};
 
-/// One step of `Continuous` as discrete dynamics; dt comes with the Instant of each step. Made by
+/// One step of `Continuous` as discrete dynamics; dt comes with the StepContext of each step. Made by
 /// discretize().
 template <typename Continuous, typename Integrator, typename NoiseModel>
 class Discretized {
@@ -42,7 +42,7 @@ class Discretized {
   template <typename T, typename S>
   struct Gives {
     using X = Vector<T, n>;
-    using Then = Instant<S, Traits::controls>;
+    using Then = StepContext<S, Traits::controls>;
     static constexpr bool jacobian =
         detail::Generic<decltype(detail::jacobian_of(std::declval<const Continuous&>())), X, Then> ||
         detail::Generic<decltype(detail::dynamics_of(std::declval<const Continuous&>())),
@@ -62,7 +62,7 @@ class Discretized {
   Continuous continuous;
 
   template <typename T, typename S>
-  Vector<T, n> dynamics(const Vector<T, n>& x, const Instant<S, controls>& at) const {
+  Vector<T, n> dynamics(const Vector<T, n>& x, const StepContext<S, controls>& at) const {
     const auto f = [&](const Vector<T, n>& z, double fraction) {
       return jml::predicted_state(continuous, z, stage(at, fraction));
     };
@@ -79,26 +79,26 @@ class Discretized {
   }
 
   template <typename T, typename S>
-  Matrix<T, n, n> dynamics_jacobian(const Vector<T, n>& x, const Instant<S, controls>& at) const
+  Matrix<T, n, n> dynamics_jacobian(const Vector<T, n>& x, const StepContext<S, controls>& at) const
     requires(Gives<T, S>::jacobian)
   {
-    return carry(x, at, [&](const Vector<T, n>& z, const Instant<S, controls>& then) {
+    return carry(x, at, [&](const Vector<T, n>& z, const StepContext<S, controls>& then) {
       return jml::dynamics_jacobian(continuous, z, then);
     });
   }
 
   /// Where the continuous model has its own SDC matrix: about the origin, which must be an equilibrium.
   template <typename T, typename S>
-  Matrix<T, n, n> dynamics_sdc(const Vector<T, n>& x, const Instant<S, controls>& at) const
+  Matrix<T, n, n> dynamics_sdc(const Vector<T, n>& x, const StepContext<S, controls>& at) const
     requires(Gives<T, S>::sdc)
   {
-    return carry(x, at, [&](const Vector<T, n>& z, const Instant<S, controls>& then) {
+    return carry(x, at, [&](const Vector<T, n>& z, const StepContext<S, controls>& then) {
       return jml::dynamics_sdc<true>(continuous, z, Vector<T, n>(kernel::zeros<Vector<T, n>>()), then);
     });
   }
 
   template <typename S>
-  Matrix<S, n, q> disturbance_input(const Vector<S, n>& x, const Instant<S, controls>& at) const
+  Matrix<S, n, q> disturbance_input(const Vector<S, n>& x, const StepContext<S, controls>& at) const
     requires(!van_loan && q > 0)
   {
     return jml::disturbance_input(continuous, x, at) * at.dt;
@@ -106,7 +106,7 @@ class Discretized {
 
   template <typename S>
   Matrix<S, disturbances, disturbances> disturbance_covariance(const Vector<S, n>& x,
-                                                               const Instant<S, controls>& at) const
+                                                               const StepContext<S, controls>& at) const
     requires(q > 0)
   {
     const Matrix<S, q, q> Q = jml::disturbance_spectral_density(continuous, x, at);
@@ -150,14 +150,14 @@ class Discretized {
 
  private:
   template <typename S>
-  static Instant<S, controls> stage(Instant<S, controls> at, double fraction) {
+  static StepContext<S, controls> stage(StepContext<S, controls> at, double fraction) {
     at.time += fraction * static_cast<double>(at.dt);
     return at;
   }
 
   /// Φ of the step with ẋ = A(x) x carried through the stages.
   template <typename T, typename S, typename A>
-  Matrix<T, n, n> carry(const Vector<T, n>& x, const Instant<S, controls>& at, const A& a) const {
+  Matrix<T, n, n> carry(const Vector<T, n>& x, const StepContext<S, controls>& at, const A& a) const {
     using Square = Matrix<T, n, n>;
     const Square I = kernel::identity<Square>();
     const S h = at.dt;

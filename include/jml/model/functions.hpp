@@ -2,7 +2,7 @@
 /// @file
 /// Every function of a model as an estimator calls it: the user's where given, else derived.
 ///
-/// `at` is an Instant; a model that does not ask for it never sees it. Results are plain fixed-size values.
+/// `at` is an StepContext; a model that does not ask for it never sees it. Results are plain fixed-size values.
 #pragma once
 
 #include <jml/model/call.hpp>
@@ -19,7 +19,7 @@ inline constexpr int measurements_of = SensorTraits<S>::measurements;
 
 /// f(x), n. T may be a dual number.
 template <typename T, int n, typename D, typename At>
-[[gnu::always_inline]] inline Vector<T, n> dynamics(const D& d, const Vector<T, n>& x, const At& at) {
+JML_INLINE inline Vector<T, n> dynamics(const D& d, const Vector<T, n>& x, const At& at) {
   static_assert(detail::Callable<decltype(detail::dynamics_of(d)), Vector<T, n>, At>,
                 "jml: the model has no dynamics(x) or dynamics(x, at) that is const and accepts "
                 "jml::Vector<T, states>");
@@ -29,7 +29,7 @@ template <typename T, int n, typename D, typename At>
 
 /// f_x(x), n×n.
 template <typename T, int n, typename D, typename At>
-[[gnu::always_inline]] inline Matrix<T, n, n> dynamics_jacobian(const D& d, const Vector<T, n>& x,
+JML_INLINE inline Matrix<T, n, n> dynamics_jacobian(const D& d, const Vector<T, n>& x,
                                                                 const At& at) {
   const auto given = detail::jacobian_of(d);
   if constexpr (detail::Generic<decltype(given), Vector<T, n>, At>) {
@@ -39,7 +39,7 @@ template <typename T, int n, typename D, typename At>
     static_assert(
         detail::Generic<decltype(detail::dynamics_of(d)), Vector<Dual<T, n>, n>, At>,
         "jml: give the dynamics a dynamics_jacobian(x), or make dynamics(x) a template over the scalar "
-        "so that jml can derive it with dual numbers (and take the Instant as const auto&)");
+        "so that jml can derive it with dual numbers (and take the StepContext as const auto&)");
     return derive_jacobian<n>([&](const auto& z) { return dynamics(d, z, at); }, x);
   }
 }
@@ -149,7 +149,7 @@ Matrix<T, DynamicsTraits<D>::disturbances, DynamicsTraits<D>::disturbances> dist
 
 /// f(x) + G w̄, n: the prediction, or the mean of ẋ.
 template <typename T, int n, typename D, typename At>
-[[gnu::always_inline]] inline Vector<T, n> predicted_state(const D& d, const Vector<T, n>& x, const At& at) {
+JML_INLINE inline Vector<T, n> predicted_state(const D& d, const Vector<T, n>& x, const At& at) {
   using Traits = DynamicsTraits<D>;
   const auto mean = [&d](const auto&... a) -> decltype(Traits::disturbance_mean(d, a...)) {
     return Traits::disturbance_mean(d, a...);
@@ -164,7 +164,7 @@ template <typename T, int n, typename D, typename At>
 
 /// m(x), p. T may be a dual number.
 template <typename T, int n, typename S, typename At>
-[[gnu::always_inline]] inline Vector<T, measurements_of<S>> measurement(const S& s, const Vector<T, n>& x,
+JML_INLINE inline Vector<T, measurements_of<S>> measurement(const S& s, const Vector<T, n>& x,
                                                                         const At& at) {
   static_assert(
       detail::Callable<decltype(detail::measurement_of(s)), Vector<T, n>, At>,
@@ -176,7 +176,7 @@ template <typename T, int n, typename S, typename At>
 
 /// m_x(x), p×n.
 template <typename T, int n, typename S, typename At>
-[[gnu::always_inline]] inline Matrix<T, measurements_of<S>, n> measurement_jacobian(const S& s,
+JML_INLINE inline Matrix<T, measurements_of<S>, n> measurement_jacobian(const S& s,
                                                                                     const Vector<T, n>& x,
                                                                                     const At& at) {
   const auto given = detail::sensor_jacobian_of(s);
@@ -194,7 +194,7 @@ template <typename T, int n, typename S, typename At>
 
 /// y - ŷ, p, through the sensor's residual hook where it has one.
 template <typename T, int p, typename S>
-[[gnu::always_inline]] inline Vector<T, p> measurement_residual(const S& s, const Vector<T, p>& y,
+JML_INLINE inline Vector<T, p> measurement_residual(const S& s, const Vector<T, p>& y,
                                                                 const Vector<T, p>& predicted) {
   static_assert(
       !requires { &S::residual; } || requires { SensorTraits<S>::residual(s, y, predicted); },
@@ -240,7 +240,7 @@ Matrix<T, measurements_of<S>, n> measurement_sdc(const S& s, const Vector<T, n>&
 
 /// R, p×p.
 template <typename T, int n, typename S, typename At>
-[[gnu::always_inline]] inline Matrix<T, measurements_of<S>, measurements_of<S>> noise_covariance(
+JML_INLINE inline Matrix<T, measurements_of<S>, measurements_of<S>> noise_covariance(
     const S& s, const Vector<T, n>& x, const At& at) {
   using Traits = SensorTraits<S>;
   const auto given = [&s](const auto&... a) -> decltype(Traits::noise_covariance(s, a...)) {
@@ -255,7 +255,7 @@ template <typename T, int n, typename S, typename At>
 
 /// R of a measurement in continuous time, p×p, a two-sided spectral density.
 template <typename T, int n, typename S, typename At>
-[[gnu::always_inline]] inline Matrix<T, measurements_of<S>, measurements_of<S>> noise_spectral_density(
+JML_INLINE inline Matrix<T, measurements_of<S>, measurements_of<S>> noise_spectral_density(
     const S& s, const Vector<T, n>& x, const At& at) {
   using Traits = SensorTraits<S>;
   const auto given = [&s](const auto&... a) -> decltype(Traits::noise_spectral_density(s, a...)) {

@@ -31,24 +31,24 @@ Matrix<Scalar, n, n> hessian_by_duals(const Jacobian& jacobian, const Vector<Sca
 /// The Jacobian and the same sum, from one evaluation with all directions at once: for few states, where the
 /// numbers stay in registers.
 template <int rows, typename Scalar, int n, typename Jacobian>
-[[gnu::always_inline]] inline void jacobian_and_hessian_by_duals(const Jacobian& jacobian,
+JML_INLINE inline void jacobian_and_hessian_by_duals(const Jacobian& jacobian,
                                                                  const Vector<Scalar, n>& x,
                                                                  const Vector<Scalar, rows>& weights,
                                                                  Matrix<Scalar, rows, n>& J,
                                                                  Matrix<Scalar, n, n>& hessian) {
   using Wide = Dual<Scalar, n>;
   Vector<Wide, n> z;
-  kernel::repeat<n>([&](int j) __attribute__((always_inline)) {
+  kernel::repeat<n>([&](int j) JML_INLINE {
     z(j) = Wide(x(j));
     z(j).partial[j] = Scalar(1);
   });
   const Matrix<Wide, rows, n> wide = jacobian(z);
-  kernel::repeat<n>([&](int i) __attribute__((always_inline)) {
-    kernel::repeat<rows>([&](int k) __attribute__((always_inline)) { J(k, i) = wide(k, i).value; });
-    kernel::repeat<n>([&](int j) __attribute__((always_inline)) {
+  kernel::repeat<n>([&](int i) JML_INLINE {
+    kernel::repeat<rows>([&](int k) JML_INLINE { J(k, i) = wide(k, i).value; });
+    kernel::repeat<n>([&](int j) JML_INLINE {
       Scalar sum = 0;
       kernel::repeat<rows>([&](int k)
-                               __attribute__((always_inline)) { sum += weights(k) * wide(k, i).partial[j]; });
+                               JML_INLINE { sum += weights(k) * wide(k, i).partial[j]; });
       hessian(i, j) = sum;
     });
   });
@@ -109,13 +109,13 @@ Matrix<Scalar, n, n> measurement_hessian(const S& s, const Vector<Scalar, n>& x,
 
 /// f_x and Σ_k weight_k ∇²f_k at once.
 template <typename Scalar, int n, typename D, typename At>
-[[gnu::always_inline]] inline void dynamics_jacobian_and_hessian(const D& d, const Vector<Scalar, n>& x,
+JML_INLINE inline void dynamics_jacobian_and_hessian(const D& d, const Vector<Scalar, n>& x,
                                                                  const Vector<Scalar, n>& weights,
                                                                  const At& at, Matrix<Scalar, n, n>& J,
                                                                  Matrix<Scalar, n, n>& hessian) {
   using Wide = Dual<Scalar, n>;
   const auto jacobian = [&](const auto& z)
-                            __attribute__((always_inline)) { return dynamics_jacobian(d, z, at); };
+                            JML_INLINE { return dynamics_jacobian(d, z, at); };
   if constexpr (n <= 3 && (detail::Generic<decltype(detail::jacobian_of(d)), Vector<Wide, n>, At> ||
                            detail::Generic<decltype(detail::dynamics_of(d)), Vector<Dual<Wide, n>, n>, At>)) {
     detail::jacobian_and_hessian_by_duals<n>(jacobian, x, weights, J, hessian);
@@ -127,13 +127,13 @@ template <typename Scalar, int n, typename D, typename At>
 
 /// m_x and Σ_k weight_k ∇²m_k at once.
 template <typename Scalar, int n, int p, typename S, typename At>
-[[gnu::always_inline]] inline void measurement_jacobian_and_hessian(const S& s, const Vector<Scalar, n>& x,
+JML_INLINE inline void measurement_jacobian_and_hessian(const S& s, const Vector<Scalar, n>& x,
                                                                     const Vector<Scalar, p>& weights,
                                                                     const At& at, Matrix<Scalar, p, n>& J,
                                                                     Matrix<Scalar, n, n>& hessian) {
   using Wide = Dual<Scalar, n>;
   const auto jacobian = [&](const auto& z)
-                            __attribute__((always_inline)) { return measurement_jacobian(s, z, at); };
+                            JML_INLINE { return measurement_jacobian(s, z, at); };
   if constexpr (n <= 3 &&
                 (detail::Generic<decltype(detail::sensor_jacobian_of(s)), Vector<Wide, n>, At> ||
                  detail::Generic<decltype(detail::measurement_of(s)), Vector<Dual<Wide, n>, n>, At>)) {

@@ -3,7 +3,7 @@
 /// What a model supplies: the two traits that look into a user's struct, and may be specialised from outside.
 ///
 /// A dynamics struct has `states`, usually `disturbances`, and functions named as below; a sensor struct has
-/// `measurements` and its own. Every function may take (x), (x, at) with an Instant, and G, Q, R, the
+/// `measurements` and its own. Every function may take (x), (x, at) with an StepContext, and G, Q, R, the
 /// bounds and the disturbance mean also nothing at all. What is missing is derived (model/functions.hpp).
 ///
 /// For a type that cannot be edited, specialise DynamicsTraits or SensorTraits, inherit from DynamicsDefaults
@@ -15,7 +15,7 @@
 ///     };
 #pragma once
 
-#include <jml/model/instant.hpp>
+#include <jml/model/step_context.hpp>
 #include <utility>
 
 namespace jml {
@@ -56,7 +56,7 @@ constexpr int controls_of() {
 template <typename Model, typename Scalar>
 constexpr bool has_disturbances() {
   using X = Vector<Scalar, count_of_states<Model>()>;
-  using At = Instant<Scalar, controls_of<Model>()>;
+  using At = StepContext<Scalar, controls_of<Model>()>;
   return requires(const Model& m) { m.disturbance_covariance(); } ||
          requires(const Model& m, const X& x) { m.disturbance_covariance(x); } ||
          requires(const Model& m, const X& x, const At& at) { m.disturbance_covariance(x, at); } ||

@@ -72,7 +72,7 @@ struct RiccatiBlocks {
         S(kernel::block<n2, n1>(K, 0, n2)) {}
 
   /// A₀ = A - X S, B₀ = B - S X, and the residual A₀ X + X B + Q; the answer is the sum of the terms' norms.
-  [[gnu::noinline]] Scalar residual(const Matrix<Scalar, n1, n2>& X, Matrix<Scalar, n1, n1>& A0,
+  JML_NOINLINE Scalar residual(const Matrix<Scalar, n1, n2>& X, Matrix<Scalar, n1, n1>& A0,
                                     Matrix<Scalar, n2, n2>& B0, Matrix<Scalar, n1, n2>& R) const {
     Matrix<Scalar, n1, n2> AX, XB, XSX;
     Matrix<Scalar, n2, n2> SX;
@@ -93,7 +93,7 @@ struct RiccatiBlocks {
   }
 
   /// The residual in twice the working precision, rounded once.
-  [[gnu::noinline]] Matrix<Scalar, n1, n2> accurate_residual(const Matrix<Scalar, n1, n2>& X) const {
+  JML_NOINLINE Matrix<Scalar, n1, n2> accurate_residual(const Matrix<Scalar, n1, n2>& X) const {
     using Sum = kernel::CompensatedSum<Scalar>;
     Matrix<Scalar, n2, n2> high, low;  // B - S X
     for (int j = 0; j < n2; ++j) {

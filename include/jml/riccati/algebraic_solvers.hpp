@@ -51,7 +51,7 @@ template <typename Scalar, int n1, int n2>
 
 /// K += η V Vᵀ, V an orthonormal real basis of the first `dimension` columns.
 template <typename Scalar, int m>
-[[gnu::noinline]] void add_projection(const Matrix<std::complex<Scalar>, m, m>& basis, int dimension,
+JML_NOINLINE void add_projection(const Matrix<std::complex<Scalar>, m, m>& basis, int dimension,
                                       bool imaginary_too, Scalar shift, Matrix<Scalar, m, m>& K) {
   Matrix<Scalar, m, m> V;
   int columns = 0;
@@ -79,7 +79,7 @@ template <typename Scalar, int m>
 /// Moves the right half by +η and the left half by -η where the eigenvalues at the split are double to
 /// rounding; false where they are not, or where their eigenvectors do not say which half is wanted.
 template <typename Scalar, int n1, int n2>
-[[nodiscard, gnu::noinline]] bool shift_critical(const kernel::OrderedSchur<Scalar, n1 + n2>& schur,
+[[nodiscard]] JML_NOINLINE bool shift_critical(const kernel::OrderedSchur<Scalar, n1 + n2>& schur,
                                                  Scalar size, Scalar shift,
                                                  Matrix<Scalar, n1 + n2, n1 + n2>& K) {
   constexpr int m = n1 + n2;
@@ -148,7 +148,7 @@ template <typename Scalar, int n1, int n2>
 }
 
 template <typename Scalar, int n1, int n2>
-[[gnu::noinline]] void solve_cold(const BalancedRiccati<Scalar, n1, n2>& balanced,
+JML_NOINLINE void solve_cold(const BalancedRiccati<Scalar, n1, n2>& balanced,
                                   AlgebraicSolution<Scalar, n1, n2>& out) {
   constexpr int m = n1 + n2;
   constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon(), rounding = Scalar(100 * m) * epsilon;
@@ -198,7 +198,7 @@ template <typename Scalar, int n1, int n2>
     out.error += std::sqrt(kernel::norm(R) / kernel::norm(k.S));
   const bool solved =
       converged && kernel::norm(R) <= (out.shifted ? std::sqrt(epsilon) : backward_limit<Scalar, m>)*weight;
-  // A singular U11 may stand for a large X; then all that follows is sound. Else it was an unseen mode.
+  // A singular U11 may stand for a large X; then all that follows is valid. Else it was an unseen mode.
   if (!regular && !(solved && out.error <= Scalar(1e-2) * kernel::norm(X)))
     return answer(Status::no_stabilizing_solution);
   if (!solved) return answer(gap > critical ? Status::not_converged : Status::eigenvalues_on_axis);

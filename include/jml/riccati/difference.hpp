@@ -15,14 +15,14 @@
 #include <jml/gate.hpp>
 #include <jml/riccati/gain_rule.hpp>
 #include <jml/riccati/process_noise.hpp>
-#include <jml/riccati/report.hpp>
+#include <jml/filter/report.hpp>
 
 namespace jml {
 
 namespace detail {
 
 template <typename Scalar, int controls>
-[[gnu::always_inline]] inline Status check_instant(const Instant<Scalar, controls>& at) {
+JML_INLINE inline Status check_context(const StepContext<Scalar, controls>& at) {
   if (!(at.dt >= Scalar(0)) || !std::isfinite(at.dt) || !std::isfinite(at.time))
     return Status::invalid_time_step;
   if constexpr (controls > 0) {
@@ -53,7 +53,7 @@ Vector<Scalar, p> noise_units(const Matrix<Scalar, p, p>& R) {
 /// K and P⁺ from N: the algebra of one correction, for slots D and E (p×n).
 /// False where S is singular (or, in a symmetric rule, not positive definite).
 template <bool symmetric, typename Scalar, int n, int p>
-[[gnu::always_inline]] inline bool correct_riccati(const Matrix<Scalar, n, n>& N,
+JML_INLINE inline bool correct_riccati(const Matrix<Scalar, n, n>& N,
                                                    const Matrix<Scalar, p, n>& slot_d,
                                                    const Matrix<Scalar, p, n>& slot_e,
                                                    const Matrix<Scalar, p, p>& R, Matrix<Scalar, p, p>& S,
@@ -82,10 +82,10 @@ template <bool symmetric, typename Scalar, int n, int p>
 /// A prediction's P is finite and, in a symmetric rule, has no negative variance. (A zero is right where the
 /// dynamics forget a state.)
 template <bool symmetric, typename Scalar, int n>
-[[gnu::always_inline]] inline bool is_sound(const Matrix<Scalar, n, n>& P) {
+JML_INLINE inline bool is_valid(const Matrix<Scalar, n, n>& P) {
   if constexpr (symmetric) {
     bool positive = true;
-    kernel::repeat<n>([&](int i) __attribute__((always_inline)) { positive &= P(i, i) >= Scalar(0); });
+    kernel::repeat<n>([&](int i) JML_INLINE { positive &= P(i, i) >= Scalar(0); });
     if (!positive) return false;
   }
   return all_finite(P);
@@ -94,7 +94,7 @@ template <bool symmetric, typename Scalar, int n>
 /// A variance of P⁺ that is zero was zero before: with R > 0 a measurement leaves something of every other.
 /// Asked where some variance is not positive, out of the way of the rest.
 template <bool symmetric, typename Scalar, int n>
-[[gnu::noinline]] bool zeros_were_zeros(const Matrix<Scalar, n, n>& N, const Matrix<Scalar, n, n>& P) {
+JML_NOINLINE bool zeros_were_zeros(const Matrix<Scalar, n, n>& N, const Matrix<Scalar, n, n>& P) {
   for (int i = 0; i < n; ++i) {
     if (symmetric && !(P(i, i) >= Scalar(0))) return false;
     if (P(i, i) == Scalar(0) && N(i, i) != Scalar(0)) return false;
@@ -106,9 +106,9 @@ template <bool symmetric, typename Scalar, int n>
 /// R, and a zero left there would shut the filter against all later measurements. In a nonsymmetric rule,
 /// whose diagonal may have either sign, only an exact zero tells.
 template <bool symmetric, typename Scalar, int n>
-[[gnu::always_inline]] inline bool is_sound(const Matrix<Scalar, n, n>& N, const Matrix<Scalar, n, n>& P) {
+JML_INLINE inline bool is_valid(const Matrix<Scalar, n, n>& N, const Matrix<Scalar, n, n>& P) {
   bool clear = true;
-  kernel::repeat<n>([&](int i) __attribute__((always_inline)) {
+  kernel::repeat<n>([&](int i) JML_INLINE {
     clear &= symmetric ? P(i, i) > Scalar(0) : P(i, i) != Scalar(0);
   });
   return (clear || zeros_were_zeros<symmetric>(N, P)) && all_finite(P);
@@ -128,11 +128,11 @@ consteval bool require_linear_if_kalman() {
 /// goes through every later line, so the hot path looks for it once, at its end, and only then asks where it
 /// came from.
 template <typename Rule, typename D, typename Scalar, int n, typename At>
-[[gnu::always_inline]] inline Status predict_into(const Rule& rule, const D& d,
+JML_INLINE inline Status predict_into(const Rule& rule, const D& d,
                                                   const ProcessNoise<Scalar, D>& process_noise,
                                                   const Estimate<Scalar, n>& prior, const At& at,
                                                   Vector<Scalar, n>& x, Matrix<Scalar, n, n>& N) {
-  if (const Status status = check_instant(at); status != Status::ok) return status;
+  if (const Status status = check_context(at); status != Status::ok) return status;
   kernel::assign(x, predicted_state(d, prior.x, at));
   const Vector<Scalar, n>& point = Rule::evaluated_at == EvaluatedAt::estimate ? prior.x : x;
   const Matrix<Scalar, n, n> A = dynamics_slot<Rule::A>(rule, d, point, prior.x, at);
@@ -140,7 +140,7 @@ template <typename Rule, typename D, typename Scalar, int n, typename At>
   Matrix<Scalar, n, n> AP;
   kernel::product(A, prior.P, AP);
   const bool valid = process_noise.with(
-      d, prior.x, at, [&](const Matrix<Scalar, n, n>& noise) __attribute__((always_inline)) {
+      d, prior.x, at, [&](const Matrix<Scalar, n, n>& noise) JML_INLINE {
         if constexpr (Rule::symmetric) {
           kernel::add_symmetric_product<1>(noise, AP, A, N);
         } else {
@@ -153,7 +153,7 @@ template <typename Rule, typename D, typename Scalar, int n, typename At>
 
 /// Why a prediction from `prior` to x, N is not one.
 template <typename Scalar, int n>
-[[gnu::noinline]] Status blame(const Estimate<Scalar, n>& prior, const Vector<Scalar, n>& x,
+JML_NOINLINE Status diagnose(const Estimate<Scalar, n>& prior, const Vector<Scalar, n>& x,
                                const Matrix<Scalar, n, n>& N) {
   if (!all_finite(prior.x)) return Status::invalid_state;
   if (!all_finite(prior.P)) return Status::invalid_covariance;
@@ -162,7 +162,7 @@ template <typename Scalar, int n>
 
 /// Why a correction failed, in the order in which its inputs came.
 template <typename Scalar, int n, int p>
-[[gnu::noinline]] Status blame(const Vector<Scalar, n>& prediction, const Matrix<Scalar, n, n>& N,
+JML_NOINLINE Status diagnose(const Vector<Scalar, n>& prediction, const Matrix<Scalar, n, n>& N,
                                const Vector<Scalar, p>& y, const Matrix<Scalar, p, n>& slot_d,
                                const StepReport<Scalar, n, p>& report, bool regular) {
   if (!all_finite(y)) return Status::invalid_measurement;
@@ -176,7 +176,7 @@ template <typename Scalar, int n, int p>
 /// update() of x̄, N into the caller's x and P, which are touched on refusal too. A measurement that the gate
 /// rejects leaves the prediction in them.
 template <typename Rule, typename S, typename Scalar, int n, int p, typename At>
-[[gnu::always_inline]] inline void update_into(const Rule& rule, const S& s,
+JML_INLINE inline void update_into(const Rule& rule, const S& s,
                                                const Vector<Scalar, n>& prediction,
                                                const Matrix<Scalar, n, n>& N, const Vector<Scalar, p>& y,
                                                const At& at, const Gate& gate,
@@ -200,16 +200,16 @@ template <typename Rule, typename S, typename Scalar, int n, int p, typename At>
   }
   kernel::assign(report.innovation, innovation);
   kernel::assign(report.innovation_matrix, S_matrix);
-  if (!regular) return answer(blame(prediction, N, y, slot_d, report, false));
+  if (!regular) return answer(diagnose(prediction, N, y, slot_d, report, false));
   kernel::assign(report.gain, gain);
   if (!gate.off()) {
     if (!gate.valid()) return answer(Status::invalid_option);
     if (!all_finite(S_matrix) || !all_finite(innovation) || !all_finite(N) || !all_finite(prediction)) {
-      return answer(blame(prediction, N, y, slot_d, report, true));
+      return answer(diagnose(prediction, N, y, slot_d, report, true));
     }
     if (!judge(gate, report)) return answer(Status::innovation_indefinite);
     if (report.gate == Verdict::rejected) {
-      if (!is_sound<Rule::symmetric>(N)) return answer(Status::covariance_lost);
+      if (!is_valid<Rule::symmetric>(N)) return answer(Status::covariance_lost);
       kernel::assign(x, prediction);
       kernel::assign(P, N);
       return;
@@ -218,8 +218,8 @@ template <typename Rule, typename S, typename Scalar, int n, int p, typename At>
   if constexpr (requires { rule.keep_correction(slot_d, S_matrix, innovation, gain); })
     rule.keep_correction(slot_d, S_matrix, innovation, gain);
   kernel::add_product<1>(prediction, gain, innovation, x);
-  if (!(is_sound<Rule::symmetric>(N, P) && all_finite(x)))
-    answer(blame(prediction, N, y, slot_d, report, true));
+  if (!(is_valid<Rule::symmetric>(N, P) && all_finite(x)))
+    answer(diagnose(prediction, N, y, slot_d, report, true));
 }
 
 }  // namespace detail
@@ -236,22 +236,22 @@ template <typename Rule, typename Scalar, int n>
 }
 
 /// Propagates an estimate over a step: x̄ = f(x̂) + G w̄, N = A P Bᵀ + G Q Gᵀ.
-/// Refuses a bad Instant, a prior or a model that is not finite, a varying Q that is no covariance, an N with
+/// Refuses a bad StepContext, a prior or a model that is not finite, a varying Q that is no covariance, an N with
 /// a negative variance (symmetric rules). That P is a covariance is trusted here: check_estimate asks it
 /// once.
 template <OnePassRule Rule, typename D, typename Scalar, int n>
 [[nodiscard]] PredictResult<Scalar, n> predict(
     const Rule& rule, const D& d, const detail::ProcessNoise<Scalar, D>& process_noise,
     const Estimate<Scalar, n>& prior,
-    const Instant<Scalar, DynamicsTraits<D>::controls>& at = no_instant<Scalar, D>()) {
+    const StepContext<Scalar, DynamicsTraits<D>::controls>& at = no_context<Scalar, D>()) {
   static_assert(detail::require_discrete<D>() &&
                 detail::require_linear_if_kalman<Rule, DynamicsTraits<D>::linear>());
   static_assert(states_of<D> == n, "jml: the estimate has not as many states as the dynamics");
   PredictResult<Scalar, n> out;
   out.status = detail::predict_into(rule, d, process_noise, prior, at, out.estimate.x, out.estimate.P);
   if (out.status == Status::ok && !(all_finite(out.estimate.x) && all_finite(prior.x) &&
-                                    detail::is_sound<Rule::symmetric>(out.estimate.P))) {
-    out.status = detail::blame(prior, out.estimate.x, out.estimate.P);
+                                    detail::is_valid<Rule::symmetric>(out.estimate.P))) {
+    out.status = detail::diagnose(prior, out.estimate.x, out.estimate.P);
   }
   if (out.status != Status::ok) out.estimate = prior;
   return out;
@@ -260,23 +260,23 @@ template <OnePassRule Rule, typename D, typename Scalar, int n>
 template <OnePassRule Rule, typename D, typename Scalar, int n>
 [[nodiscard]] PredictResult<Scalar, n> predict(
     const Rule& rule, const D& d, const Estimate<Scalar, n>& prior,
-    const Instant<Scalar, DynamicsTraits<D>::controls>& at = no_instant<Scalar, D>()) {
+    const StepContext<Scalar, DynamicsTraits<D>::controls>& at = no_context<Scalar, D>()) {
   return predict(rule, d, detail::ProcessNoise<Scalar, D>(d), prior, at);
 }
 
 /// Corrects an estimate with a measurement of the same instant: x⁺ = x̄ + K (y - m(x̄)), P⁺ = N - K E N.
-/// `at`: the time of the sample. Refuses y, R, gate or a sensor model that is not sound, a singular S, and
+/// `at`: the time of the sample. Refuses y, R, gate or a sensor model that is not valid, a singular S, and
 /// a P⁺ that has lost a variance to rounding (covariance_lost: where P is 1/ε times R and more).
 template <OnePassRule Rule, typename S, typename Scalar, int n, int controls = 0>
 [[nodiscard]] StepResult<Scalar, n, measurements_of<S>> update(const Rule& rule, const S& s,
                                                                const Estimate<Scalar, n>& prior,
                                                                const Vector<Scalar, measurements_of<S>>& y,
-                                                               const Instant<Scalar, controls>& at = {},
+                                                               const StepContext<Scalar, controls>& at = {},
                                                                const Gate& gate = {}) {
   static_assert(detail::require_sensor<S>() &&
                 detail::require_linear_if_kalman<Rule, SensorTraits<S>::linear>());
   StepResult<Scalar, n, measurements_of<S>> out;
-  out.report.status = detail::check_instant(at);
+  out.report.status = detail::check_context(at);
   if (out.report.status == Status::ok)
     detail::update_into(rule, s, prior.x, prior.P, y, at, gate, out.report, out.estimate.x, out.estimate.P);
   if (usable(out.report.status) && !all_finite(prior.x)) out.report.status = Status::invalid_state;
@@ -286,7 +286,7 @@ template <OnePassRule Rule, typename S, typename Scalar, int n, int controls = 0
 
 /// step() with the process noise kept by the caller; x and P are touched on refusal too.
 template <OnePassRule Rule, typename D, typename S, typename Scalar, int n, int p, typename At>
-[[gnu::always_inline]] inline void step_into(const Rule& rule, const D& d,
+JML_INLINE inline void step_into(const Rule& rule, const D& d,
                                              const detail::ProcessNoise<Scalar, D>& process_noise, const S& s,
                                              const Estimate<Scalar, n>& prior, const Vector<Scalar, p>& y,
                                              const At& at, const Gate& gate, StepReport<Scalar, n, p>& report,
@@ -301,7 +301,7 @@ template <OnePassRule Rule, typename D, typename S, typename Scalar, int n, int 
   if (report.status != Status::ok) return;
   detail::update_into(rule, s, prediction, N, y, detail::at_sample(at), gate, report, x, P);
   if (report.status == Status::invalid_covariance || report.status == Status::invalid_state)
-    report.status = detail::blame(prior, prediction, N);
+    report.status = detail::diagnose(prior, prediction, N);
 }
 
 /// One whole step, eq. (14), (16) or (17): predict over at.dt, then correct with y of its end.
@@ -309,7 +309,7 @@ template <OnePassRule Rule, typename D, typename S, typename Scalar, int n>
 [[nodiscard]] StepResult<Scalar, n, measurements_of<S>> step(
     const Rule& rule, const D& d, const S& s, const Estimate<Scalar, n>& prior,
     const Vector<Scalar, measurements_of<S>>& y,
-    const Instant<Scalar, DynamicsTraits<D>::controls>& at = no_instant<Scalar, D>(), const Gate& gate = {}) {
+    const StepContext<Scalar, DynamicsTraits<D>::controls>& at = no_context<Scalar, D>(), const Gate& gate = {}) {
   StepResult<Scalar, n, measurements_of<S>> out;
   step_into(rule, d, detail::ProcessNoise<Scalar, D>(d), s, prior, y, at, gate, out.report, out.estimate.x,
             out.estimate.P);

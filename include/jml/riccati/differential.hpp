@@ -52,7 +52,7 @@ class Flow {
   static constexpr bool symmetric = Rule::symmetric;
   using X = Vector<Scalar, n>;
   using Square = Matrix<Scalar, n, n>;
-  using At = Instant<Scalar, DynamicsTraits<D>::controls>;
+  using At = StepContext<Scalar, DynamicsTraits<D>::controls>;
   using Report = FlowReport<Scalar, n, p>;
   using Coefficients = RiccatiCoefficients<Scalar, n, p>;
 
@@ -75,7 +75,7 @@ class Flow {
 
   /// ẋ and Ṗ at (t, x, P). Not asked to be finite: a NaN goes through, and is looked for once per interval.
   /// `gain` and `innovation` may be wanted too.
-  [[gnu::always_inline]] inline Status derivative(double time, const X& x, const Square& P, X& dx, Square& dP,
+  JML_INLINE inline Status derivative(double time, const X& x, const Square& P, X& dx, Square& dP,
                                                   Report* report = nullptr) {
     const At now = at(time);
     const Square A = dynamics_slot<Rule::A>(rule_, dynamics_, x, x, now);
@@ -93,7 +93,7 @@ class Flow {
         kernel::assign(report->gain, gain);
         kernel::assign(report->innovation, innovation);
       }
-      const auto with_slot_e = [&](const Matrix<Scalar, p, n>& slot_e) __attribute__((always_inline)) {
+      const auto with_slot_e = [&](const Matrix<Scalar, p, n>& slot_e) JML_INLINE {
         if constexpr (p == 1)
           rate_ = (slot_e * gain)(0, 0);
         else
@@ -104,9 +104,9 @@ class Flow {
           Square closed, U;
           kernel::add_product<-1>(A, half, slot_e, closed);
           kernel::product(closed, P, U);
-          return add_noise(x, now, [&](const Square& noise) __attribute__((always_inline)) {
-            kernel::repeat<n>([&](int j) __attribute__((always_inline)) {
-              kernel::repeat<n>([&](int i) __attribute__((always_inline)) {
+          return add_noise(x, now, [&](const Square& noise) JML_INLINE {
+            kernel::repeat<n>([&](int j) JML_INLINE {
+              kernel::repeat<n>([&](int i) JML_INLINE {
                 if (i >= j) dP(i, j) = dP(j, i) = (U(i, j) + U(j, i)) + noise(i, j);
               });
             });
@@ -129,7 +129,7 @@ class Flow {
   /// After derivative(): whether a fixed step may be taken from that point. Explicit Runge-Kutta steps of
   /// length h are stable while h times the rates of Ṗ, twice those of E K, is below 2.78; a pole of P nearer
   /// than 2h is an escape.
-  [[nodiscard, gnu::always_inline]] inline Status permits(Scalar h) const {
+  [[nodiscard]] JML_INLINE inline Status permits(Scalar h) const {
     if constexpr (measured && p == 1) {
       if (!symmetric && rate_ * h < Scalar(-0.5)) return Status::riccati_escape;
       if (rate_ * h > Scalar(1.39)) return Status::step_too_long;
@@ -225,9 +225,9 @@ class Flow {
 
  private:
   /// dP = left P + P Bᵀ + G Q Gᵀ, with `left` = A - K E.
-  [[gnu::always_inline]] inline Status finish(const X& x, const At& now, const Square& left, const Square& A,
+  JML_INLINE inline Status finish(const X& x, const At& now, const Square& left, const Square& A,
                                               const Square& P, Square& dP) {
-    return add_noise(x, now, [&](const Square& noise) __attribute__((always_inline)) {
+    return add_noise(x, now, [&](const Square& noise) JML_INLINE {
       Square sum;
       kernel::add_product<1>(noise, left, P, sum);
       if constexpr (Rule::A == Rule::B) {
@@ -247,7 +247,7 @@ class Flow {
   }
 
   template <typename Use>
-  [[gnu::always_inline]] inline Status add_noise(const X& x, const At& now, const Use& use) {
+  JML_INLINE inline Status add_noise(const X& x, const At& now, const Use& use) {
     return process_noise_.with(dynamics_, x, now, use) ? Status::ok : Status::invalid_disturbance_covariance;
   }
 

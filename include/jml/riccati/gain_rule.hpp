@@ -93,7 +93,7 @@ concept OnePassRule = requires {
 
 /// F(x; r) or f_x(x), as the slot says.
 template <Slot slot, typename Rule, typename Scalar, int n, typename D, typename At>
-[[gnu::always_inline]] inline Matrix<Scalar, n, n> dynamics_slot(const Rule& rule, const D& d,
+JML_INLINE inline Matrix<Scalar, n, n> dynamics_slot(const Rule& rule, const D& d,
                                                                  const Vector<Scalar, n>& x,
                                                                  const Vector<Scalar, n>& estimate,
                                                                  const At& at) {
@@ -106,7 +106,7 @@ template <Slot slot, typename Rule, typename Scalar, int n, typename D, typename
 
 /// M(x; r) or m_x(x), as the slot says.
 template <Slot slot, typename Rule, typename Scalar, int n, typename S, typename At>
-[[gnu::always_inline]] inline Matrix<Scalar, measurements_of<S>, n> sensor_slot(
+JML_INLINE inline Matrix<Scalar, measurements_of<S>, n> sensor_slot(
     const Rule& rule, const S& s, const Vector<Scalar, n>& x, const Vector<Scalar, n>& prediction,
     const At& at) {
   if constexpr (slot == Slot::jacobian) {

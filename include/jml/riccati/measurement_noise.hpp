@@ -34,7 +34,7 @@ class MeasurementNoise {
   }
   /// The same at another point, where R may have changed.
   template <typename At>
-  [[nodiscard, gnu::always_inline]] bool at_point(const S& s, const X& x, const At& at) {
+  [[nodiscard]] JML_INLINE bool at_point(const S& s, const X& x, const At& at) {
     if constexpr (constant<At>)
       return true;
     else

@@ -17,7 +17,7 @@ class ProcessNoise {
   using Traits = DynamicsTraits<D>;
   static constexpr int n = Traits::states, q = Traits::disturbances;
   using X = Vector<Scalar, n>;
-  using At = Instant<Scalar, Traits::controls>;
+  using At = StepContext<Scalar, Traits::controls>;
   static constexpr bool identity_input = !has_disturbance_input<D, X, At>();
   static_assert(
       !requires { &D::disturbance_input; } || !identity_input,
@@ -49,7 +49,7 @@ class ProcessNoise {
 
   /// False where Q is not finite, not symmetric or indefinite, or G is not finite.
   template <typename Function>
-  [[nodiscard, gnu::always_inline]] bool with(const D& d, const X& x, const At& at,
+  [[nodiscard]] JML_INLINE bool with(const D& d, const X& x, const At& at,
                                               const Function& use) const {
     if constexpr (constant) {
       if (valid_) use(noise_);

@@ -18,12 +18,12 @@ class Anderson {
 
  public:
   /// The next point after g was found at z. `weights`: positive, one over the unit of each component.
-  [[gnu::always_inline]] Z propose(const Z& z, const Z& g, const Z& weights) {
+  JML_INLINE Z propose(const Z& z, const Z& g, const Z& weights) {
     Z f, out;
     kernel::assign(out, g);
-    each([&](int i) __attribute__((always_inline)) { f(i) = weights(i) * (g(i) - z(i)); });
+    each([&](int i) JML_INLINE { f(i) = weights(i) * (g(i) - z(i)); });
     if (calls_ > 0) {
-      each([&](int i) __attribute__((always_inline)) {
+      each([&](int i) JML_INLINE {
         older_f_(i) = newer_f_(i);
         older_g_(i) = newer_g_(i);
         newer_f_(i) = f(i) - last_f_(i);
@@ -39,12 +39,12 @@ class Anderson {
       if (determinant > flat * a11 * a22) {
         const Scalar scale = Scalar(1) / determinant;
         const Scalar newer = (b1 * a22 - b2 * a12) * scale, older = (b2 * a11 - b1 * a12) * scale;
-        each([&](int i) __attribute__((always_inline)) {
+        each([&](int i) JML_INLINE {
           out(i) = g(i) - newer_g_(i) * newer - older_g_(i) * older;
         });
       } else if (a11 > Scalar(0)) {
         const Scalar newer = b1 / a11;
-        each([&](int i) __attribute__((always_inline)) { out(i) = g(i) - newer_g_(i) * newer; });
+        each([&](int i) JML_INLINE { out(i) = g(i) - newer_g_(i) * newer; });
       }
     }
     kernel::assign(last_f_, f);
@@ -58,14 +58,14 @@ class Anderson {
 
  private:
   template <typename F>
-  [[gnu::always_inline]] static void each(const F& f) {
+  JML_INLINE static void each(const F& f) {
     kernel::repeat<size, 6>(f);
   }
 
   /// Two partial sums: half the wait of one.
-  [[gnu::always_inline]] static Scalar dot(const Z& a, const Z& b) {
+  JML_INLINE static Scalar dot(const Z& a, const Z& b) {
     Scalar even = 0, odd = 0;
-    kernel::repeat<size / 2, 3>([&](int i) __attribute__((always_inline)) {
+    kernel::repeat<size / 2, 3>([&](int i) JML_INLINE {
       even += a(2 * i) * b(2 * i);
       odd += a(2 * i + 1) * b(2 * i + 1);
     });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The net of an iterated rule, solved by Ceres (component jml::ceres). Not heap-free: not for the control
+/// The fallback solver of an iterated rule, solved by Ceres (component jml::ceres). Not heap-free: not for the control
 /// loop.
 ///
 ///     jml::Filter filter{jml::IteratedJml<jml::AboutOrigin, jml::Ceres>{}, dynamics, estimate};

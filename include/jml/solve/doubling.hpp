@@ -37,14 +37,14 @@ inline Scalar norm_bound(const Matrix<Scalar, rows, cols>& M) {
 }
 
 template <typename Scalar, int rows, int inner, int cols>
-[[gnu::noinline]] void multiply(const Matrix<Scalar, rows, inner>& a, const Matrix<Scalar, inner, cols>& b,
+JML_NOINLINE void multiply(const Matrix<Scalar, rows, inner>& a, const Matrix<Scalar, inner, cols>& b,
                                 Matrix<Scalar, rows, cols>& out) {
   product(a, b, out);
 }
 
 /// out += a b
 template <typename Scalar, int rows, int inner, int cols>
-[[gnu::noinline]] void accumulate(const Matrix<Scalar, rows, inner>& a, const Matrix<Scalar, inner, cols>& b,
+JML_NOINLINE void accumulate(const Matrix<Scalar, rows, inner>& a, const Matrix<Scalar, inner, cols>& b,
                                   Matrix<Scalar, rows, cols>& out) {
   add_product<1>(out, a, b, out);
 }

@@ -16,7 +16,7 @@ namespace jml::kernel {
 
 /// to -= from · factor, n numbers: in packets where the scalar has them.
 template <typename T, int n>
-[[gnu::always_inline]] inline void subtract_multiple(const Vector<T, n>& from, const T& factor, T* to) {
+JML_INLINE inline void subtract_multiple(const Vector<T, n>& from, const T& factor, T* to) {
   if constexpr (std::is_arithmetic_v<T>) {
     column<n, 1, 0, -1, false>(to, to, from.data(), [factor](int) { return factor; });
   } else {
@@ -27,7 +27,7 @@ template <typename T, int n>
 /// Each `right` becomes M⁻¹ right; M is used up. Exchanges rows for the largest pivot. The answer is the
 /// smallest pivot relative to the largest entry of M: near rounding, M is singular; 0 where M is not finite.
 template <typename T, int n, int... cols>
-[[gnu::noinline]] typename Eigen::NumTraits<T>::Real eliminate(Matrix<T, n, n>& M,
+JML_NOINLINE typename Eigen::NumTraits<T>::Real eliminate(Matrix<T, n, n>& M,
                                                                Matrix<T, n, cols>&... right) {
   using Real = typename Eigen::NumTraits<T>::Real;
   using std::abs;
@@ -65,7 +65,7 @@ template <typename T, int n, int... cols>
 
 /// The geometric mean of the moduli of M's eigenvalues, |det M|^(1/n), each pivot taken as at least `least`.
 template <typename Scalar, int n>
-[[gnu::noinline]] Scalar mean_modulus(Matrix<Scalar, n, n> M, Scalar least) {
+JML_NOINLINE Scalar mean_modulus(Matrix<Scalar, n, n> M, Scalar least) {
   Scalar log_sum = 0;
   for (int k = 0; k < n; ++k) {
     int best = k;
@@ -87,7 +87,7 @@ template <typename Scalar, int n>
 /// A basis of the null space of M, not orthogonal, in the first columns of `basis`; the answer is its
 /// dimension: how many pivots of a complete exchange are below `slack` times the largest entry.
 template <typename T, int n>
-[[gnu::noinline]] int null_space(Matrix<T, n, n> M, typename Eigen::NumTraits<T>::Real slack,
+JML_NOINLINE int null_space(Matrix<T, n, n> M, typename Eigen::NumTraits<T>::Real slack,
                                  Matrix<T, n, n>& basis) {
   using Real = typename Eigen::NumTraits<T>::Real;
   using std::abs;

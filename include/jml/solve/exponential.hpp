@@ -19,8 +19,8 @@ inline constexpr double exponential_reach = 0.95;
 
 /// d = L U in place without pivoting, for a d that is diagonally dominant by columns; U's diagonal inverted.
 template <typename Scalar, int m>
-[[gnu::always_inline]] inline void factor_dominant(Matrix<Scalar, m, m>& d) {
-  repeat<m, 4>([&](int k) __attribute__((always_inline)) {
+JML_INLINE inline void factor_dominant(Matrix<Scalar, m, m>& d) {
+  repeat<m, 4>([&](int k) JML_INLINE {
     const Scalar inverse = Scalar(1) / d(k, k);
     d(k, k) = inverse;
     for (int i = k + 1; i < m; ++i) d(i, k) *= inverse;
@@ -32,15 +32,15 @@ template <typename Scalar, int m>
 
 /// b := b (L U)⁻¹ for m×m b: whole columns, of one length.
 template <typename Scalar, int m>
-[[gnu::always_inline]] inline void right_solve_dominant(const Matrix<Scalar, m, m>& lu,
+JML_INLINE inline void right_solve_dominant(const Matrix<Scalar, m, m>& lu,
                                                         Matrix<Scalar, m, m>& b) {
-  repeat<m, 4>([&](int j) __attribute__((always_inline)) {
+  repeat<m, 4>([&](int j) JML_INLINE {
     for (int k = 0; k < j; ++k) {
       for (int i = 0; i < m; ++i) b(i, j) -= b(i, k) * lu(k, j);
     }
     for (int i = 0; i < m; ++i) b(i, j) *= lu(j, j);
   });
-  repeat<m, 4>([&](int l) __attribute__((always_inline)) {
+  repeat<m, 4>([&](int l) JML_INLINE {
     const int j = m - 1 - l;
     for (int k = j + 1; k < m; ++k) {
       for (int i = 0; i < m; ++i) b(i, j) -= b(i, k) * lu(k, j);
@@ -50,7 +50,7 @@ template <typename Scalar, int m>
 
 /// b := (L U)⁻¹ b.
 template <typename Scalar, int m>
-[[gnu::always_inline]] inline void solve_dominant(const Matrix<Scalar, m, m>& lu, Vector<Scalar, m>& b) {
+JML_INLINE inline void solve_dominant(const Matrix<Scalar, m, m>& lu, Vector<Scalar, m>& b) {
   for (int k = 0; k < m; ++k) {
     for (int i = k + 1; i < m; ++i) b(i) -= lu(i, k) * b(k);
   }

@@ -18,7 +18,7 @@ struct LevenbergMarquardt {
   int max_iterations = 100;
 
   template <typename Problem, typename Scalar, int size>
-  [[gnu::noinline]] SolverReport minimize(const Problem& problem, Vector<Scalar, size>& u) const {
+  JML_NOINLINE SolverReport minimize(const Problem& problem, Vector<Scalar, size>& u) const {
     constexpr int rows = Problem::residuals;
     SolverReport report;
     Vector<Scalar, rows> r;

@@ -22,7 +22,7 @@ class OrderedSchur {
 
   /// False where the QR iteration does not converge. The `leading` eigenvalues of largest real part come
   /// first.
-  [[nodiscard, gnu::noinline]] bool compute(const Matrix<Scalar, m, m>& H, int leading) {
+  [[nodiscard]] JML_NOINLINE bool compute(const Matrix<Scalar, m, m>& H, int leading) {
     reduce(H);
     if (!iterate()) return false;
     order(leading);

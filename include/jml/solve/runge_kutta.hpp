@@ -17,7 +17,7 @@ struct RungeKutta4 {
 /// side; `flow.permits(h)` judges, after the first evaluation of a step, whether the step may be taken. x and
 /// P are touched on refusal too, and not asked to be finite.
 template <typename Flow>
-[[nodiscard, gnu::always_inline]] inline Status advance(const RungeKutta4& method, Flow& flow, double time,
+[[nodiscard]] JML_INLINE inline Status advance(const RungeKutta4& method, Flow& flow, double time,
                                                         typename Flow::Scalar dt, typename Flow::X& x,
                                                         typename Flow::Square& P,
                                                         typename Flow::Report& report) {
@@ -38,7 +38,7 @@ template <typename Flow>
     kernel::assign(at_P, P);
     kernel::assign(sum_x, x);
     kernel::assign(sum_P, P);
-    kernel::repeat<4, (n <= 3 ? 4 : 0)>([&](int i) __attribute__((always_inline)) {
+    kernel::repeat<4, (n <= 3 ? 4 : 0)>([&](int i) JML_INLINE {
       if (i > 0) {
         kernel::add_scaled(at_x, x, node[i], slope_x);
         kernel::add_scaled(at_P, P, node[i], slope_P);

@@ -7,11 +7,11 @@
 #include <jml/solve/ceres.hpp>
 #endif
 #ifdef WITH_mpi
-#include <jml/sim/campaign_mpi.hpp>
+#include <jml/campaign/campaign_mpi.hpp>
 #endif
 #ifdef WITH_campaign
 #include <jml/analysis/consistency.hpp>
-#include <jml/sim/counter_noise.hpp>
+#include <jml/campaign/counter_noise.hpp>
 
 bool component_works() {
   return jml::chi_square_average_interval(1, 50).contains(1) && jml::CounterNoise(1, 2).uniform() < 1;

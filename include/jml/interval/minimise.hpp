@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Gauss-Newton with Levenberg-Marquardt damping on the criterion J of an interval, by interval/sweep.hpp.
+#pragma once
+
+#include <algorithm>
+#include <jml/interval/sweep.hpp>
+
+namespace jml {
+
+/// How J is minimised.
+struct BatchOptions {
+  int max_iterations = 100;  ///< backward passes, rejected ones included
+  /// Stop where the next step would be this long: root mean square over the unknowns, in their posterior
+  /// standard deviations. 0 asks for the default, 1e-10 (float: 1e-4).
+  double tolerance = 0;
+  Loss loss{};  ///< of the measurements
+  /// Newton's method: the second derivatives of f and m, in place of Gauss-Newton's model without them, where
+  /// that model has a minimum and lowers J. A pass costs more, and far fewer are needed.
+  bool newton = true;
+  bool accept_at_limit = false;  ///< max_iterations reached is accepted_at_limit and no refusal
+
+  [[nodiscard]] bool valid() const {
+    return max_iterations > 0 && tolerance >= 0 && tolerance < 1 && loss.valid();
+  }
+};
+
+/// How a minimisation ended.
+template <typename Scalar>
+struct BatchReport {
+  /// ok: the tolerance is met. accepted_at_rounding: J and its gradient are at the rounding of the states,
+  /// above the tolerance. not_converged: out of iterations, or no step lowers J.
+  Status status = Status::ok;
+  int iterations = 0;  ///< backward passes
+  Scalar cost = std::numeric_limits<Scalar>::quiet_NaN();
+  /// |∇J| over the whitened unknowns (x_0 in units of P_0^½, w in units of Q^½), 2-norm, at the answer.
+  /// Infinite where the model is so unstable over the interval that rounding alone makes it so.
+  Scalar gradient = std::numeric_limits<Scalar>::quiet_NaN();
+  /// Root mean square of the next step, in posterior standard deviations.
+  Scalar step = std::numeric_limits<Scalar>::quiet_NaN();
+};
+
+namespace detail {
+
+/// From the nominal of `store`; `feasible`: it is a trajectory of the model, else a sequence of states.
+/// `once`: G, Q, R are frozen already and stay so; else they are frozen at the nominal, until they no longer
+/// change with the answer. The nominal ends as the best trajectory found: on any failure it is where it was,
+/// or has a lower J.
+template <typename Store>
+BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& options, bool feasible,
+                                             bool once) {
+  using Scalar = typename Store::Number;
+  using D = typename Store::Dynamics;
+  constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
+  const Scalar tolerance = options.tolerance > 0 ? static_cast<Scalar>(options.tolerance)
+                                                 : std::max(Scalar(1e-10), Scalar(1e3) * epsilon);
+  BatchReport<Scalar> report;
+  Sweep<Store> sweep(store, options.loss);
+  PassSums<Scalar> sums;
+  Scalar change = 0;
+  if (!once) report.status = sweep.freeze(change);
+  if (report.status != Status::ok) return report;
+
+  const auto unknowns = static_cast<Scalar>(states_of<D> + store.last() * DynamicsTraits<D>::disturbances);
+  constexpr Scalar none = std::numeric_limits<Scalar>::infinity();
+  Scalar damping = 0, growth = 4, scale = 1, before = none, step = 0;
+  bool infeasible = !feasible, known = false;
+  int accepted = 0;  // trajectories taken in place of the one before
+  Scalar cost_before = std::numeric_limits<Scalar>::quiet_NaN();
+  bool newton = false, defined = false;  // defined: some trial has a finite J
+  // |δ|² C ≈ δᵀCδ: a damping that matters is of the size of C.
+  const auto begin_damping = [&] {
+    scale = Scalar(1) + (step > Scalar(0) ? Scalar(2) * sums.decrease / step : Scalar(0));
+    if (!std::isfinite(scale)) scale = 1;
+    return Scalar(0.1) * scale + Scalar(1);
+  };
+  report.status = Status::not_converged;
+  while (report.iterations < options.max_iterations) {
+    ++report.iterations;
+    const bool full = newton && !infeasible && sweep.template backward<Curvature::full, false>(damping, sums);
+    const bool valid = full || (infeasible ? sweep.template backward<Curvature::none, true>(damping, sums)
+                                      : sweep.template backward<Curvature::none, false>(damping, sums));
+    if (!valid) {
+      if (!infeasible) {
+        // This trajectory cannot be linearised. The one before it could, and is still there.
+        const Status why = sweep.diagnose();
+        if (accepted > 0) {
+          store.flip();
+          report.cost = cost_before;
+          --accepted;
+        }
+        report.status = once && options.accept_at_limit && accepted > 0 ? Status::accepted_at_limit : why;
+        return report;
+      }
+      // The guess is no place to linearise at: begin at the prediction instead.
+      report.cost = sweep.predict();
+      if (!std::isfinite(report.cost)) return report.status = sweep.diagnose(), report;
+      store.flip();
+      infeasible = false;
+      known = true;
+      continue;
+    }
+    if (!infeasible) {
+      if (!known) report.cost = sums.cost;
+      known = true;
+      report.step = std::sqrt(Scalar(2) * sums.decrease / unknowns);
+      const Scalar floor = Scalar(64) * epsilon * (std::abs(report.cost) + Scalar(1));
+      const bool met = damping == Scalar(0) && report.step <= tolerance;
+      const bool at_rounding = sums.decrease <= floor && sums.decrease > before / Scalar(4);
+      if (met || at_rounding) {
+        report.status = met ? Status::ok : Status::accepted_at_rounding;
+        if (once) return report;
+        if (const Status status = sweep.freeze(change); status != Status::ok)
+          return report.status = status, report;
+        if (!(change > tolerance)) return report.gradient = sweep.gradient(), report;
+        infeasible = true;
+        before = none;
+        report.status = Status::not_converged;
+        continue;
+      }
+    }
+    const Scalar cost = infeasible ? sweep.template forward<true>(step) : sweep.template forward<false>(step);
+    defined = defined || std::isfinite(cost);
+    const Scalar rounding = Scalar(16) * epsilon * std::abs(report.cost) * std::sqrt(unknowns);
+    if (infeasible) {
+      report.cost = std::isfinite(cost) ? cost : sweep.predict();
+      if (!std::isfinite(report.cost)) return report.status = sweep.diagnose(), report;
+      store.flip();
+      infeasible = false;
+      known = true;
+      newton = options.newton;
+    } else if (cost <= report.cost + rounding) {
+      const Scalar model = sums.decrease + damping * step / Scalar(2);
+      const Scalar ratio = model <= rounding ? Scalar(1) : (report.cost - cost) / model;
+      before = sums.decrease;
+      store.flip();
+      cost_before = report.cost;
+      report.cost = cost;
+      growth = 4;
+      newton = options.newton && ratio > Scalar(0.25);  // near enough for its model
+      ++accepted;
+      if (ratio > Scalar(0.75))
+        damping /= Scalar(10);
+      else if (ratio < Scalar(0.25))
+        damping = damping > Scalar(0) ? damping * Scalar(2) : begin_damping();
+      if (damping < Scalar(0.01)) damping = 0;  // C ≥ 1: this is nothing
+    } else if (full) {
+      newton = false;
+    } else {
+      damping = damping > Scalar(0) ? damping * growth : begin_damping();
+      if (damping > Scalar(1e15) * scale) break;
+      growth *= 4;
+    }
+  }
+  if (report.status == Status::not_converged && known && !once) {
+    // The gradient of the answer, not of the step before it.
+    report.gradient = sweep.gradient();
+    if (sweep.template backward<Curvature::none, false>(Scalar(0), sums))
+      report.step = std::sqrt(Scalar(2) * sums.decrease / unknowns);
+  }
+  if (report.status == Status::not_converged && options.accept_at_limit && (accepted > 0 || defined) &&
+      report.iterations >= options.max_iterations) {
+    report.status = Status::accepted_at_limit;
+  }
+  return report;
+}
+
+}  // namespace detail
+
+}  // namespace jml

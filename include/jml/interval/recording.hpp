@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The memory of a Batch: nodes and measurements in arrays that are reserved once.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <jml/interval/nodes.hpp>
+#include <vector>
+
+namespace jml {
+
+/// Memory of a Batch, reserved when it is built.
+struct Capacity {
+  int steps;              ///< nodes after the first
+  int measurements = -1;  ///< of each sensor type; -1: one a node
+};
+
+namespace detail {
+
+template <typename D, typename List, typename Scalar>
+class Recording;
+
+/// A store of interval/sweep.hpp.
+template <typename D, typename... S, typename Scalar>
+class Recording<D, Sensors<S...>, Scalar> {
+  using List = Sensors<S...>;
+  static constexpr int n = states_of<D>, q = DynamicsTraits<D>::disturbances;
+  using X = Vector<Scalar, n>;
+  using Root = NoiseRoot<Scalar, D>;
+  using At = typename Root::At;
+
+ public:
+  using Dynamics = D;
+  using Number = Scalar;
+  static constexpr bool reads_contexts = keeps_context<Scalar, D, List>;
+
+  Recording(D dynamics, const Estimate<Scalar, n>& prior, double time, Capacity capacity)
+      : dynamics_(std::move(dynamics)), estimate_(prior) {
+    status_ = std::isfinite(time) ? check_estimate(Ekf<>{}, prior) : Status::invalid_time_step;
+    if constexpr (Root::constant) {
+      if (!root_.form(dynamics_, kernel::zeros<X>(), At{}) && status_ == Status::ok)
+        status_ = Status::invalid_disturbance_covariance;
+    }
+    const bool sensible = capacity.steps >= 0 && capacity.steps <= (1 << 30) && capacity.measurements >= -1;
+    if (capacity.measurements < 0) capacity.measurements = capacity.steps + 1;
+    if (!sensible) {
+      capacity = {0, 0};
+      status_ = Status::invalid_option;
+    }
+    nodes_.reserve(static_cast<std::size_t>(capacity.steps) + 1);
+    conditional_covariances_.resize(static_cast<std::size_t>(capacity.steps) + 1, kernel::zeros<Matrix<Scalar, q, q>>());
+    (std::get<std::vector<Record<Scalar, n, S, At>>>(records_).reserve(
+         static_cast<std::size_t>(capacity.measurements)),
+     ...);
+    steps_ = capacity.steps;
+    measurements_ = static_cast<std::size_t>(capacity.measurements);
+    times_.reserve(static_cast<std::size_t>(capacity.steps) + 1);
+    times_.push_back(time);
+    nodes_.emplace_back();
+    nodes_[0].x[0] = prior.x;
+    if constexpr (reads_contexts) nodes_[0].context.time = time;
+    if (status_ == Status::ok) prior_.set(prior);
+  }
+
+  /// A node after the last; its state starts as that of the node before.
+  Status append(const At& at) {
+    if (status_ != Status::ok) return status_;
+    if (const Status status = check_context(at); status != Status::ok) return status;
+    if (last() >= steps_) return Status::memory_full;
+    times_.push_back(at_sample(at).time);
+    nodes_.emplace_back();
+    ++last_;
+    auto& node = nodes_.back();
+    if constexpr (reads_contexts) node.context = at;
+    node.x[now_] = nodes_[nodes_.size() - 2].x[now_];
+    node.first = {static_cast<std::uint32_t>(std::get<vector_of<S>>(records_).size())...};
+    return Status::ok;
+  }
+  /// What append() of this measurement would answer.
+  template <typename Sensor>
+  Status check(const Sensor& sensor, const Vector<Scalar, measurements_of<Sensor>>& y) const {
+    static_assert(require_listed<List, Sensor>());
+    if (status_ != Status::ok) return status_;
+    if (!all_finite(y)) return Status::invalid_measurement;
+    if (std::get<vector_of<Sensor>>(records_).size() >= measurements_) return Status::memory_full;
+    Record<Scalar, n, Sensor, At> record{sensor, y};
+    if constexpr (!Record<Scalar, n, Sensor, At>::varies) {
+      if (!record.freeze(kernel::zeros<X>(), At{})) return Status::invalid_noise_covariance;
+    }
+    return Status::ok;
+  }
+  /// A measurement of the last node.
+  template <typename Sensor>
+  Status append(const Sensor& sensor, const Vector<Scalar, measurements_of<Sensor>>& y) {
+    if (const Status status = check(sensor, y); status != Status::ok) return status;
+    auto& records = std::get<vector_of<Sensor>>(records_);
+    records.push_back(Record<Scalar, n, Sensor, At>{sensor, y});
+    if constexpr (!Record<Scalar, n, Sensor, At>::varies)
+      (void)records.back().freeze(kernel::zeros<X>(), At{});
+    return Status::ok;
+  }
+
+  [[nodiscard]] Status status() const { return status_; }
+  [[nodiscard]] const D& dynamics() const { return dynamics_; }
+  [[nodiscard]] const Estimate<Scalar, n>& estimate() const { return estimate_; }
+  [[nodiscard]] JML_INLINE int last() const { return last_; }
+  [[nodiscard]] JML_INLINE auto& node(int j) { return nodes_[static_cast<std::size_t>(j)]; }
+  [[nodiscard]] JML_INLINE const auto& node(int j) const {
+    return nodes_[static_cast<std::size_t>(j)];
+  }
+  [[nodiscard]] JML_INLINE const Root& root([[maybe_unused]] int j) const {
+    if constexpr (Root::constant)
+      return root_;
+    else
+      return node(j).noise;
+  }
+  [[nodiscard]] auto& conditional_covariance(int j) { return conditional_covariances_[static_cast<std::size_t>(j)]; }
+  [[nodiscard]] auto& prior() { return prior_; }
+  [[nodiscard]] const Terminal<Scalar, n>* terminal() const { return has_terminal_ ? &terminal_ : nullptr; }
+  void end_near(const Terminal<Scalar, n>& terminal) {
+    terminal_ = terminal;
+    has_terminal_ = true;
+  }
+  void end_anywhere() { has_terminal_ = false; }
+  [[nodiscard]] int now() const { return now_; }
+  void flip() { now_ = 1 - now_; }
+  [[nodiscard]] double time_of(int j) const { return times_[static_cast<std::size_t>(j)]; }
+
+  /// use(record) for the measurements of node j, in the order of the sensor types.
+  template <typename Use>
+  JML_INLINE void visit(int j, const Use& use) {
+    visit_each(j, use, std::make_index_sequence<sizeof...(S)>{});
+  }
+
+ private:
+  template <typename Sensor>
+  using vector_of = std::vector<Record<Scalar, n, Sensor, At>>;
+  struct RecordedNode : IntervalNode<Scalar, D, reads_contexts> {
+    std::array<std::uint32_t, sizeof...(S)> first{};  // of this node, in the records of each type
+  };
+
+  template <typename Use, std::size_t... type>
+  JML_INLINE void visit_each(int j, const Use& use, std::index_sequence<type...>) {
+    const auto visit_type = [&](auto& records, std::size_t t) JML_INLINE {
+      const std::size_t begin = node(j).first[t];
+      const std::size_t end = j == last() ? records.size() : node(j + 1).first[t];
+      for (std::size_t i = begin; i < end; ++i) use(records[i]);
+    };
+    (visit_type(std::get<type>(records_), type), ...);
+  }
+
+  D dynamics_;
+  Root root_;  // where it is constant
+  Estimate<Scalar, n> estimate_;
+  Prior<Scalar, n> prior_;
+  Terminal<Scalar, n> terminal_;
+  bool has_terminal_ = false;
+  int steps_ = 0, last_ = 0, now_ = 0;
+  std::size_t measurements_ = 0;
+  std::vector<RecordedNode> nodes_;
+  std::vector<double> times_;
+  std::vector<Matrix<Scalar, q, q>> conditional_covariances_;  // C⁻¹ of a step; apart, as only covariances() reads it
+  std::tuple<vector_of<S>...> records_;
+  Status status_ = Status::ok;
+};
+
+}  // namespace detail
+
+}  // namespace jml

@@ -1,0 +1,317 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The two passes of one Gauss-Newton step on the criterion J (Rusnak 2015, eq. (5)): backward for the
+/// feedback law (interval/costate.hpp), forward along the model itself.
+///
+/// The forward pass applies b = b̃ + k + K (x - x̃) to the nonlinear f, so that every trajectory is one the
+/// model can follow and its J is exact, and the feedback keeps a long or unstable interval together. Time and
+/// memory are linear in the number of steps.
+#pragma once
+
+#include <jml/interval/nodes.hpp>
+#include <jml/interval/loss.hpp>
+#include <jml/model/hessian.hpp>
+
+namespace jml::detail {
+
+/// What the backward pass takes for the curvature of f and m: none, or their second derivatives (Newton),
+/// where the quadratic model may turn out to have no minimum.
+enum class Curvature { none, full };
+
+/// Store: last(), node(j), visit(j, f) with f(record), dynamics(), root(j) with j ≥ 1, prior(), terminal()
+/// (null for none), now() (which of the two of each is the nominal).
+template <typename Store>
+class Sweep {
+  using D = typename Store::Dynamics;
+  using Scalar = typename Store::Number;
+  static constexpr int n = states_of<D>, q = DynamicsTraits<D>::disturbances;
+  using X = Vector<Scalar, n>;
+
+ public:
+  explicit Sweep(Store& store, const Loss& loss) : store_(store), loss_(loss) {}
+
+  /// Freezes state-dependent G, Q, R and w̄ at the nominal; `change`: the largest relative change of any.
+  [[nodiscard]] Status freeze(Scalar& change) {
+    const int now = store_.now();
+    Status status = Status::ok;
+    change = 0;
+    const auto compare = [&change](const auto& before, const auto& after) {
+      const Scalar size = kernel::largest(after), moved = kernel::largest(after - before);
+      if (moved > change * size) change = size > Scalar(0) ? moved / size : Scalar(1);
+    };
+    for (int j = 0; j <= store_.last(); ++j) {
+      auto& node = store_.node(j);
+      store_.visit(j, [&](auto& record) {
+        if constexpr (std::remove_reference_t<decltype(record)>::varies) {
+          const auto before = record.R;
+          if (!record.freeze(node.x[now], at_sample(node.at()))) status = Status::invalid_noise_covariance;
+          compare(before.inverse_diagonal, record.R.inverse_diagonal);
+          compare(before.lower, record.R.lower);  // correlations
+        }
+      });
+      if constexpr (!NoiseRoot<Scalar, D>::constant) {
+        if (j == 0) continue;
+        NoiseRoot<Scalar, D> root;
+        if (!root.form(store_.dynamics(), store_.node(j - 1).x[now], node.at()))
+          status = Status::invalid_disturbance_covariance;
+        if constexpr (q > 0) compare(node.noise.B, root.B);
+        if constexpr (NoiseRoot<Scalar, D>::has_mean) compare(node.noise.mean_effect, root.mean_effect);
+        node.noise = root;
+      }
+    }
+    return status;
+  }
+
+  /// Backward from the last node: fills every law, and `sums`. `infeasible`: the nominal states are a guess that
+  /// no disturbance needs to lead along; b̃ is zero, and sums.cost means nothing. `keep`: covariances() will
+  /// be asked. False where a number is not finite or the quadratic model has no minimum.
+  template <Curvature curvature, bool infeasible, bool keep = false>
+  [[nodiscard]] bool backward(Scalar damping, PassSums<Scalar>& total) {
+    const int now = store_.now();
+    const Loss loss = loss_;
+    PassSums<Scalar> sums;  // a local one, which stays in registers
+    CostToGo<Scalar, n> v;
+    if (const Terminal<Scalar, n>* end = store_.terminal()) {
+      const X off = store_.node(store_.last()).x[now] - end->target;
+      v.information = end->weight;
+      v.slope = end->weight * off;
+      sums.cost = kernel::dot(off, v.slope) / Scalar(2);
+    }
+    bool valid = true;
+    for (int j = store_.last();; --j) {
+      auto& node = store_.node(j);
+      X x;
+      kernel::assign(x, node.x[now]);
+      store_.visit(j, [&](const auto& record) JML_INLINE {
+        add_record<curvature, curvature == Curvature::full || keep>(record, loss, x, at_sample(node.at()),
+                                                                    sums, v);
+      });
+      if (j == 0) break;
+      X previous;
+      kernel::assign(previous, store_.node(j - 1).x[now]);
+      const auto& root = store_.root(j);
+      Matrix<Scalar, n, n> A, bend;
+      if constexpr (curvature == Curvature::full)
+        dynamics_jacobian_and_hessian(store_.dynamics(), previous, v.slope, node.at(), A, bend);
+      else
+        A = dynamics_jacobian(store_.dynamics(), previous, node.at());
+      Vector<Scalar, q> b = kernel::zeros<Vector<Scalar, q>>();
+      if constexpr (infeasible) {
+        const X defect = dynamics(store_.dynamics(), previous, node.at()) + root.mean_effect - x;
+        kernel::add_product<1>(v.slope, v.information, defect, v.slope);
+      } else {
+        kernel::assign(b, node.b[now]);
+      }
+      Matrix<Scalar, q, q>* conditional_covariance = nullptr;
+      if constexpr (keep) conditional_covariance = &store_.conditional_covariance(j);
+      valid &= pass_dynamics(A, root.B, b, damping, conditional_covariance, v, node.law, sums);
+      if constexpr (curvature == Curvature::full) add_symmetric(v.information, bend);
+    }
+    total = sums;
+    return valid && at_prior(infeasible, damping, v, total);
+  }
+
+  /// Forward along the law into the other trajectory. Returns its J, and |δ|² of the whitened step; NaN where
+  /// a number is not finite.
+  template <bool infeasible>
+  [[nodiscard]] Scalar forward(Scalar& step) {
+    const int now = store_.now(), next = 1 - now;
+    const Loss loss = loss_;
+    auto& prior = store_.prior();
+    prior.a[next] = infeasible ? prior.law : X(prior.a[now] + prior.law);
+    Scalar cost = kernel::squared_norm(prior.a[next]) / Scalar(2);
+    Scalar moved = kernel::squared_norm(prior.law);
+    X x;
+    kernel::add_product<1>(prior.x, prior.L, prior.a[next], x);
+    for (int j = 0;; ++j) {
+      auto& node = store_.node(j);
+      kernel::assign(node.x[next], x);
+      store_.visit(j, [&](const auto& record) JML_INLINE {
+        const auto residual = measurement_residual(record.sensor, record.y,
+                                                   measurement(record.sensor, x, at_sample(node.at())));
+        cost += loss(record.R.squared_norm(residual)).rho / Scalar(2);
+      });
+      if (j == store_.last()) break;
+      auto& following = store_.node(j + 1);
+      X off;
+      kernel::add_scaled(off, x, Scalar(-1), node.x[now]);
+      // b̃ + k first: it does not wait for x.
+      Vector<Scalar, q> nominal = kernel::zeros<Vector<Scalar, q>>(), start, b;
+      if constexpr (!infeasible) kernel::assign(nominal, following.b[now]);
+      kernel::add_scaled(start, nominal, Scalar(1), following.law.offset);
+      kernel::add_product<1>(start, following.law.gain, off, b);
+      kernel::repeat<q>(
+          [&](int i) JML_INLINE { moved += (b(i) - nominal(i)) * (b(i) - nominal(i)); });
+      kernel::assign(following.b[next], b);
+      kernel::repeat<q>([&](int i) JML_INLINE { cost += b(i) * b(i) / Scalar(2); });
+      const auto& root = store_.root(j + 1);
+      X f;
+      kernel::assign(f, dynamics(store_.dynamics(), x, following.at()));
+      if constexpr (NoiseRoot<Scalar, D>::has_mean) f += root.mean_effect;
+      kernel::add_product<1>(f, root.B, b, x);
+    }
+    if (const Terminal<Scalar, n>* end = store_.terminal()) {
+      const X off = x - end->target;
+      cost += kernel::dot(off, X(end->weight * off)) / Scalar(2);
+    }
+    step = moved;
+    return all_finite(x) ? cost : std::numeric_limits<Scalar>::quiet_NaN();
+  }
+
+  /// The trajectory without disturbances from x̂_0, into the other one. Returns its J as forward() does.
+  [[nodiscard]] Scalar predict() {
+    const int now = store_.now();
+    auto& prior = store_.prior();
+    kernel::set_zero(prior.law);
+    X x = prior.x;
+    for (int j = 0; j <= store_.last(); ++j) {
+      auto& node = store_.node(j);
+      if (j > 0) x = dynamics(store_.dynamics(), x, node.at()) + store_.root(j).mean_effect;
+      node.x[now] = x;
+      node.law = {};
+    }
+    Scalar step;
+    return forward<true>(step);
+  }
+
+  /// |∇J|, 2-norm over the whitened unknowns: the costate without feedback, backward along the nominal.
+  [[nodiscard]] Scalar gradient() {
+    const int now = store_.now();
+    CostToGo<Scalar, n> v;
+    PassSums<Scalar> unused;
+    if (const Terminal<Scalar, n>* end = store_.terminal())
+      v.slope = end->weight * (store_.node(store_.last()).x[now] - end->target);
+    Scalar sum = 0;
+    for (int j = store_.last();; --j) {
+      auto& node = store_.node(j);
+      store_.visit(j, [&](const auto& record) {
+        add_record<Curvature::none, false>(record, loss_, node.x[now], at_sample(node.at()), unused, v);
+      });
+      if (j == 0) break;
+      sum += kernel::squared_norm(node.b[now] + kernel::transposed(store_.root(j).B) * v.slope);
+      v.slope =
+          kernel::transposed(dynamics_jacobian(store_.dynamics(), store_.node(j - 1).x[now], node.at())) *
+          v.slope;
+    }
+    auto& prior = store_.prior();
+    const Scalar norm =
+        std::sqrt(sum + kernel::squared_norm(prior.a[now] + kernel::transposed(prior.L) * v.slope));
+    return std::isfinite(norm) ? norm : std::numeric_limits<Scalar>::infinity();
+  }
+
+  /// Why the nominal cannot be linearised, in the order of time.
+  [[nodiscard]] Status diagnose() {
+    const int now = store_.now();
+    Status status = Status::ok;
+    for (int j = 0; j <= store_.last() && status == Status::ok; ++j) {
+      auto& node = store_.node(j);
+      const X x = node.x[now];
+      if (!all_finite(x)) return Status::dynamics_not_finite;
+      store_.visit(j, [&](const auto& record) {
+        const auto at = at_sample(node.at());
+        if (!all_finite(measurement(record.sensor, x, at)) ||
+            !all_finite(measurement_jacobian(record.sensor, x, at)))
+          status = Status::sensor_not_finite;
+      });
+      if (status != Status::ok || j == store_.last()) break;
+      const auto at = store_.node(j + 1).at();
+      if (!all_finite(dynamics(store_.dynamics(), x, at)) ||
+          !all_finite(dynamics_jacobian(store_.dynamics(), x, at)))
+        status = Status::dynamics_not_finite;
+    }
+    return status == Status::ok ? Status::not_converged : status;
+  }
+
+  /// P of every node in order, use(j, P): the covariance that the curvature of J at the nominal stands for
+  /// (Laplace). After backward<…, keep> without damping. P⁺ = (A + B K) P (A + B K)ᵀ + B C⁻¹ Bᵀ.
+  template <typename Use>
+  void covariances(int last, const Use& use) const {
+    const int now = store_.now();
+    Matrix<Scalar, n, n> P = initial_;
+    for (int j = 0;; ++j) {
+      use(j, P);
+      if (j == last) break;
+      const auto& following = store_.node(j + 1);
+      const Matrix<Scalar, n, n> A =
+          dynamics_jacobian(store_.dynamics(), store_.node(j).x[now], following.at());
+      const auto& root = store_.root(j + 1);
+      Matrix<Scalar, n, n> closed, closedP, noise = kernel::zeros<Matrix<Scalar, n, n>>();
+      Matrix<Scalar, n, q> BC;
+      kernel::add_product<1>(A, root.B, following.law.gain, closed);
+      kernel::product(root.B, store_.conditional_covariance(j + 1), BC);
+      kernel::add_symmetric_product<1>(noise, BC, root.B, noise);
+      kernel::product(closed, P, closedP);
+      kernel::add_symmetric_product<1>(noise, closedP, closed, P);
+    }
+  }
+
+ private:
+  /// `bent`: with the loss's own curvature, which may leave none along an outlier. Without it a plain pass
+  /// takes shorter steps that lower J.
+  template <Curvature curvature, bool bent, typename Record, typename At>
+  JML_INLINE static void add_record(const Record& record, const Loss& loss, const X& x,
+                                                const At& at, PassSums<Scalar>& sums,
+                                                CostToGo<Scalar, n>& v) {
+    constexpr int p = Record::p;
+    const Vector<Scalar, p> residual =
+        measurement_residual(record.sensor, record.y, measurement(record.sensor, x, at));
+    const Scalar s = record.R.squared_norm(residual);
+    auto value = typename Loss::template Value<Scalar>{s, Scalar(1), Scalar(0)};
+    if (loss.kind != Loss::Kind::none) value = loss(s);
+    Matrix<Scalar, p, n> m_x;
+    if constexpr (curvature == Curvature::full) {
+      Vector<Scalar, p> weights;
+      kernel::scale(weights, -value.slope, record.R.solve(residual));
+      Matrix<Scalar, n, n> bend;
+      measurement_jacobian_and_hessian(record.sensor, x, weights, at, m_x, bend);
+      add_symmetric(v.information, bend);
+    } else {
+      m_x = measurement_jacobian(record.sensor, x, at);
+    }
+    sums.cost += value.rho / Scalar(2);
+    if (loss.kind == Loss::Kind::none)
+      add_measurement(m_x, record.R, residual, v);
+    else
+      add_robust_measurement(m_x, record.R, residual, value.slope, bent ? value.bend : Scalar(0), v);
+  }
+
+  /// a += sym(b).
+  JML_INLINE static void add_symmetric(Matrix<Scalar, n, n>& a, const Matrix<Scalar, n, n>& b) {
+    kernel::repeat<n>([&](int j) JML_INLINE {
+      a(j, j) += b(j, j);
+      for (int i = j + 1; i < n; ++i) {
+        a(i, j) += (b(i, j) + b(j, i)) / Scalar(2);
+        a(j, i) = a(i, j);
+      }
+    });
+  }
+
+  JML_NOINLINE bool at_prior(bool infeasible, Scalar damping, const CostToGo<Scalar, n>& v,
+                                  PassSums<Scalar>& sums) {
+    auto& prior = store_.prior();
+    const int now = store_.now();
+    const X a = infeasible ? X(kernel::zeros<X>()) : prior.a[now];
+    // A nominal x_0 that is not x̂_0 + L a: a guess, or a prior that has just moved.
+    const X off = prior.x + prior.L * a - store_.node(0).x[now];
+    const X slope = v.slope + v.information * off;
+    Matrix<Scalar, n, n> C = kernel::transposed(prior.L) * v.information * prior.L;
+    C = kernel::symmetric_part(C);
+    kernel::add_to_diagonal(C, Scalar(1) + damping);
+    kernel::SymmetricFactor<Scalar, n> factor;
+    if (!factor.factor(C)) return false;
+    const X g = a + kernel::transposed(prior.L) * slope;
+    prior.law = -factor.solve(g);
+    sums.decrease -= kernel::dot(g, prior.law) / Scalar(2);
+    sums.cost += kernel::squared_norm(a) / Scalar(2);
+    Matrix<Scalar, n, n> half, scaled, right, none = kernel::zeros<Matrix<Scalar, n, n>>();
+    factor.right_solve(prior.L, half, scaled, right);
+    kernel::add_symmetric_product<1>(none, scaled, half, initial_);
+    return all_finite(prior.law) && std::isfinite(sums.decrease);
+  }
+
+  Store& store_;
+  Loss loss_;
+  Matrix<Scalar, n, n> initial_ = kernel::zeros<Matrix<Scalar, n, n>>();  // P of node 0, given all data
+};
+
+}  // namespace jml::detail
