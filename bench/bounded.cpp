@@ -91,12 +91,10 @@ void register_case(const std::string& size, const Case& c) {
     return jml::Filter{jml::Ekf{}, of.dynamics,
                        jml::Estimate{of.x, of.reach.cwiseAbs2().asDiagonal().toDenseMatrix() / 3}};
   });
-  add("/linearised",
-      [box](const Case& of) { return jml::BoundedNoise{jml::Linearised{}, of.dynamics, box(of)}; });
-  add("/guaranteed",
-      [box](const Case& of) { return jml::BoundedNoise{jml::Guaranteed{}, of.dynamics, box(of)}; });
+  add("/linearised", [box](const Case& of) { return jml::Filter{jml::Linearised{}, of.dynamics, box(of)}; });
+  add("/guaranteed", [box](const Case& of) { return jml::Filter{jml::Guaranteed{}, of.dynamics, box(of)}; });
   add("/guaranteed_box",
-      [box](const Case& of) { return jml::BoundedNoise{jml::Guaranteed<0>{}, of.dynamics, box(of)}; });
+      [box](const Case& of) { return jml::Filter{jml::Guaranteed<0>{}, of.dynamics, box(of)}; });
 }
 
 [[maybe_unused]] const bool registered = [] {

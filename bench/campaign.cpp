@@ -3,8 +3,8 @@
 // the share of the time that is spent inside the estimators.
 #include <benchmark/benchmark.h>
 
-#include <jml/jml.hpp>
 #include <jml/campaign/campaign.hpp>
+#include <jml/jml.hpp>
 #include <string>
 
 #include "../tests/models/van_der_pol.hpp"
@@ -40,9 +40,8 @@ void campaign(benchmark::State& state, int threads) {
                          recursive("JML", jml::Jml{}),
                          recursive("iterated JML", jml::IteratedJml{}),
                          jml::Estimator{"fixed lag 20", [](const auto&) {
-                                          return jml::FixedLag{jml::lag<20>, models::VanDerPol{},
-                                                               jml::sensors<models::SaturatingPosition>,
-                                                               prior};
+                                          return jml::Filter{jml::FixedLag<20>{}, models::VanDerPol{},
+                                                             jml::sensors<models::SaturatingPosition>, prior};
                                         }}};
   campaign.options = {.runs = 512, .threads = threads, .blocks = 64, .progress = false};
   double share = 0;

@@ -40,7 +40,7 @@ struct Case {
 template <typename Case, typename Integrator, typename Signal>
 void library_sample(benchmark::State& state, const Case& c, const Integrator& integrator,
                     const Signal& signal) {
-  jml::ContinuousFilter filter{jml::Rnls{}, c.dynamics, c.start, integrator};
+  jml::Filter filter{jml::Continuous{jml::Rnls{}, integrator}, c.dynamics, c.start};
   long evaluations = 0;
   int i = 0;
   for (auto _ : state) {

@@ -4,8 +4,8 @@
 #include <benchmark/benchmark.h>
 #include <malloc.h>
 
-#include <jml/jml.hpp>
 #include <jml/campaign/noise.hpp>
+#include <jml/jml.hpp>
 #include <string>
 #include <vector>
 #ifdef JML_BENCH_CERES
@@ -114,8 +114,8 @@ void batch_limit(benchmark::State& state, bool newton) {
 template <int L, typename D, typename S, int n, int p>
 void fixed_lag_step(benchmark::State& state, const D& d, const S& s, const jml::Estimate<double, n>& start,
                     const std::vector<jml::Vector<double, p>>& y) {
-  jml::FixedLag filter{jml::lag<L>, d, jml::sensors<S>, start};
-  filter.options.tolerance = 0;
+  jml::Filter filter{jml::FixedLag<L>{}, d, jml::sensors<S>, start};
+  filter.method().options.tolerance = 0;
   std::size_t i = 0;
   const auto next = [&] {
     const auto report = filter.step(s, y[i]);

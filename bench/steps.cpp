@@ -89,7 +89,7 @@ void limit_step(benchmark::State& state, const Case& c) {
   limit::copy(c.start.P, estimate.P);
   limit::Square<n> noise;
   limit::Square<p> R;
-  const bool valid = jml::detail::ProcessNoise<double, decltype(c.dynamics)>(c.dynamics)
+  const bool valid = jml::ProcessNoise<double, decltype(c.dynamics)>(c.dynamics)
                          .with(c.dynamics, c.start.x, jml::StepContext<double>{},
                                [&](const auto& GQG) { limit::copy(GQG, noise); });
   if (!valid) state.SkipWithError("Q is no covariance");
@@ -113,7 +113,7 @@ void eigen_step(benchmark::State& state, const Case& c) {
   auto estimate = c.start;
   Square noise = Square::Zero();
   const bool valid =
-      jml::detail::ProcessNoise<double, decltype(c.dynamics)>(c.dynamics)
+      jml::ProcessNoise<double, decltype(c.dynamics)>(c.dynamics)
           .with(c.dynamics, c.start.x, jml::StepContext<double>{}, [&](const auto& GQG) { noise = GQG; });
   if (!valid) state.SkipWithError("Q is no covariance");
   const jml::Matrix<double, p, p> R = c.sensor.noise_covariance();

@@ -34,8 +34,8 @@ struct AngleSensor {
 int main() {
   using State = jml::Vector<double, 2>;
   const jml::Box box{State(0.7, -0.3), State(1.3, 0.3)};
-  jml::BoundedNoise linearised{jml::Linearised{}, Pendulum{}, box};
-  jml::BoundedNoise guaranteed{jml::Guaranteed{}, Pendulum{}, box};
+  jml::Filter linearised{jml::Linearised{}, Pendulum{}, box};
+  jml::Filter guaranteed{jml::Guaranteed{}, Pendulum{}, box};
 
   jml::Noise noise(1);
   State truth(1, 0);

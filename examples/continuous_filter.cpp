@@ -29,9 +29,9 @@ struct SaturatingPosition {  // y = m(x) + v, all the time
 int main() {
   const jml::Vector<double, 2> x0(1, 1), truth(2, 0);
   const jml::Matrix<double, 2, 2> P0 = 1e-3 * jml::Matrix<double, 2, 2>::Identity();
-  jml::ContinuousFilter held{jml::Rnls{}, VanDerPol{}, jml::Estimate{x0, P0}};
-  jml::ContinuousFilter line{jml::Rnls{}, VanDerPol{}, jml::Estimate{x0, P0}};
-  jml::ContinuousFilter plant{jml::Ekf{}, VanDerPol{}, jml::Estimate{truth, P0}};  // only ever predicts
+  jml::Filter held{jml::Continuous{jml::Rnls{}}, VanDerPol{}, jml::Estimate{x0, P0}};
+  jml::Filter line{jml::Continuous{jml::Rnls{}}, VanDerPol{}, jml::Estimate{x0, P0}};
+  jml::Filter plant{jml::Continuous{jml::Ekf{}}, VanDerPol{}, jml::Estimate{truth, P0}};  // only ever predicts
   const SaturatingPosition sensor;
 
   const double dt = 0.01;

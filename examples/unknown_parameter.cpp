@@ -36,7 +36,7 @@ int main() {
   const jml::Vector<double, 3> guess(0.5, 0, 10), variance(0.25, 0.25, 9);
   const jml::Estimate start{guess, jml::Matrix<double, 3, 3>(variance.asDiagonal())};
   jml::Filter ekf{jml::Ekf{}, Pendulum{}, start};
-  jml::FixedLag lag{jml::lag<20>, Pendulum{}, jml::sensors<Sideways>, start};
+  jml::Filter lag{jml::FixedLag<20>{}, Pendulum{}, jml::sensors<Sideways>, start};
   jml::Batch flight{Pendulum{}, jml::sensors<Sideways>, start, {200}};
 
   jml::Noise noise(1);
@@ -48,11 +48,11 @@ int main() {
              flight.step(Sideways{}, y) == jml::Status::ok;
     if (k % 40 == 0) {
       std::printf("after %2.0f s: EKF %.3f ± %.3f, fixed lag %.3f ± %.3f\n", 0.05 * k, ekf.x()(2),
-                  std::sqrt(ekf.P()(2, 2)), lag.x()(2), std::sqrt(lag.covariance()(2, 2)));
+                  std::sqrt(ekf.P()(2, 2)), lag.x()(2), std::sqrt(lag.P()(2, 2)));
     }
   }
   sound &= jml::usable(flight.solve().status);
-  const double found = flight.x(0)(2), deviation = std::sqrt(flight.covariance(0)(2, 2));
+  const double found = flight.x(0)(2), deviation = std::sqrt(flight.P(0)(2, 2));
   std::printf("whole flight: %.3f ± %.3f at every instant; truth %.3f\n", found, deviation, truth);
 
   sound &= std::abs(found - truth) < 3 * deviation && std::abs(flight.x(200)(2) - found) < 1e-9;

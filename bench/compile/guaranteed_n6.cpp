@@ -7,7 +7,7 @@ double run(const jml::Vector<double, 3>& y) {
     box.lower(i) = i + 1;
     box.upper(i) = i + 2;
   }
-  jml::BoundedNoise filter{jml::Guaranteed{}, D6{}, box};
+  jml::Filter filter{jml::Guaranteed{}, D6{}, box};
   const auto report = filter.step(S6{}, y);
   return filter.x()(0) + static_cast<int>(report.status);
 }

@@ -6,8 +6,9 @@
 //           [--tests CTestCostData.txt]
 //
 // --match: only files whose path holds one of the texts; --except: none of these. --repeat: the least time of
-// n runs. --relative-to: a column of ratios to the file whose path holds the text. Exit code 1 where a file
-// does not compile.
+// n runs. --relative-to: a column of ratios to the file whose path holds the text. --at-most text:ratio: the
+// most that ratio may be for the file whose path holds the text. Exit code 1 where it is more, or where a
+// file does not compile.
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -100,7 +101,7 @@ void print_tests(const char* path) {
 int main(int argc, char** argv) {
   if (argc < 2)
     return std::fputs("measure compile_commands.json [--match text]... (see the source)\n", stderr), 2;
-  std::vector<std::string> matches, exceptions;
+  std::vector<std::string> matches, exceptions, limits;
   std::string unit;
   const char* tests = nullptr;
   int repeat = 1;
@@ -110,6 +111,7 @@ int main(int argc, char** argv) {
     if (option == "--except") exceptions.emplace_back(argv[i + 1]);
     if (option == "--repeat") repeat = std::max(1, std::atoi(argv[i + 1]));
     if (option == "--relative-to") unit = argv[i + 1];
+    if (option == "--at-most") limits.emplace_back(argv[i + 1]);
     if (option == "--tests") tests = argv[i + 1];
   }
   std::vector<Entry> entries = read(argv[1]);
@@ -140,7 +142,15 @@ int main(int argc, char** argv) {
   for (const Entry& entry : entries) {
     std::printf("%8.2f %8ld", entry.seconds, entry.megabytes);
     if (!unit.empty()) std::printf(" %8.2f", entry.seconds / reference);
-    std::printf("  %s%s\n", entry.file.c_str(), entry.compiled ? "" : "  (does not compile)");
+    std::printf("  %s%s", entry.file.c_str(), entry.compiled ? "" : "  (does not compile)");
+    for (const std::string& limit : limits) {
+      const auto colon = limit.find(':');
+      const double most_allowed = std::atof(limit.c_str() + colon + 1);
+      if (!has(entry.file, limit.substr(0, colon)) || entry.seconds <= most_allowed * reference) continue;
+      std::printf("  (more than %.2f)", most_allowed);
+      all = false;
+    }
+    std::puts("");
   }
   std::printf("%zu files, %.1f s of processor time, at most %ld MB\n", entries.size(), sum, most);
   if (tests != nullptr) print_tests(tests);

@@ -42,7 +42,7 @@ std::vector<Study> bounded() {
   const jml::Estimate<double, 2> start = flights.start();
   const auto boxed = [d, box = flights.box](std::string name, auto rule) {
     return jml::Estimator{std::move(name),
-                          [d, box, rule](const auto&) { return jml::BoundedNoise{rule, d, box}; }};
+                          [d, box, rule](const auto&) { return jml::Filter{rule, d, box}; }};
   };
   return {make(
       {.key = "bounded",

@@ -137,8 +137,8 @@ template <typename S, typename D, int n>
 auto lag_20(const D& dynamics, const jml::Estimate<double, n>& start, bool newton = true) {
   return jml::Estimator{newton ? "fixed lag 20" : "fixed lag 20, Gauss-Newton",
                         [dynamics, start, newton](const auto&) {
-                          jml::FixedLag lag{jml::lag<20>, dynamics, jml::sensors<S>, start};
-                          lag.options.newton = newton;
+                          jml::Filter lag{jml::FixedLag<20>{}, dynamics, jml::sensors<S>, start};
+                          lag.method().options.newton = newton;
                           return lag;
                         }};
 }

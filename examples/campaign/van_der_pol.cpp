@@ -57,10 +57,10 @@ Study oscillator(const std::string& key, const std::string& sentence, const std:
       lag_20<models::SaturatingPosition>(d, start),
       jml::Estimator{"RNLS, continuous",
                      [continuous, start](const auto&) {
-                       return jml::ContinuousFilter{jml::Rnls{}, continuous, start, jml::DavisonMaki{}};
+                       return jml::Filter{jml::Continuous{jml::Rnls{}, jml::DavisonMaki{}}, continuous, start};
                      }},
       jml::Estimator{"algebraic SDDRE, continuous", [continuous, start](const auto&) {
-                       return jml::AlgebraicFilter{jml::Sddre{}, continuous, start.x};
+                       return jml::Filter{jml::Algebraic{jml::Sddre{}}, continuous, start.x};
                      }});
 }
 

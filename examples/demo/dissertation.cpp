@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Chapter IV of the bounded-noise dissertation with many runs: Tables 2 to 5 beside the printed numbers and
-// Figures 6 to 19. The estimators are the library's, jml::BoundedNoise and jml::Filter with jml::Kalman, each
+// Figures 6 to 19. The estimators are the library's, jml::Filter and jml::Filter with jml::Kalman, each
 // on the same system.
 //
 // As chosen here, where the source says nothing or the scan lost it:

@@ -36,7 +36,7 @@ Result run(const Plaza& data, const std::string& name, const std::string& key,
   Pose pose;
   for (int i = 0; i < 3; ++i) pose(i) = data.truth[0][static_cast<std::size_t>(i + 1)];
   const Pose reach(0.3, 0.3, 0.05);
-  jml::BoundedNoise filter{Rule{}, robot, jml::Box{pose - reach, pose + reach}, data.truth[0][0]};
+  jml::Filter filter{Rule{}, robot, jml::Box{pose - reach, pose + reach}, data.truth[0][0]};
   const auto radio = [&data](const std::array<double, 3>& range) {
     const auto& tag = data.tags[static_cast<std::size_t>(data.index_of(range[1]))];
     return models::BoundedRangeToTag{{tag[1], tag[2]}};

@@ -83,12 +83,11 @@ Result fixed_lag(const Plaza& data, int sweeps) {
     out.name += ", converged";
     out.key += "_converged";
   }
-  using Lag = jml::FixedLag<jml::Lag<steps, 4>, Robot, jml::Sensors<Radio>>;
-  const auto filter = std::make_unique<Lag>(jml::lag<steps, 4>, Robot{}, jml::sensors<Radio>,
-                                            demo::start<4>(data), data.truth[0][0]);
-  filter->options.sweeps = sweeps;
-  filter->options.loss = huber;
-  run(*filter, data, [&filter] { return filter->covariance(); }, out);
+  using Lag = jml::Filter<jml::FixedLag<steps, 4, jml::Sensors<Radio>>, Robot>;
+  const jml::FixedLag<steps, 4> method{{.sweeps = sweeps, .loss = huber}};
+  const auto filter =
+      std::make_unique<Lag>(method, Robot{}, jml::sensors<Radio>, demo::start<4>(data), data.truth[0][0]);
+  run(*filter, data, [&filter] { return filter->P(); }, out);
   return out;
 }
 

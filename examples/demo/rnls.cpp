@@ -46,7 +46,7 @@ template <typename Rule>
 Result run(const Rule& rule, const Track& track, const State& start, std::size_t stride = 1,
            Between between = Between::held) {
   Result out;
-  jml::ContinuousFilter filter{rule, oscillator, from(start)};
+  jml::Filter filter{jml::Continuous{rule}, oscillator, from(start)};
   out.refused = follow(filter, sensor, track, stride, between, [&](std::size_t i, const auto&) {
     out.asymmetry = std::max(out.asymmetry, std::abs(filter.P()(0, 1) - filter.P()(1, 0)));
     if (2 * i <= track.steps()) return;
@@ -204,7 +204,7 @@ Run estimates(const Integrator& integrator, const Track& track, std::size_t stri
               long& evaluations, double& nanoseconds) {
   Run out;
   demo::Stopwatch watch;
-  jml::ContinuousFilter filter{jml::Rnls{}, oscillator, from(starts[0]), integrator};
+  jml::Filter filter{jml::Continuous{jml::Rnls{}, integrator}, oscillator, from(starts[0])};
   evaluations = 0;
   watch.start();
   const int refused = follow(filter, sensor, track, stride, between, [&](std::size_t, const auto& report) {
@@ -273,7 +273,7 @@ void integrators(const Track& track, demo::Summary& summary) {
 void draw(const std::filesystem::path& directory, const Track& quiet, const Track& noisy) {
   using namespace demo;
   History history{.every = 140};  // about 1500 points
-  jml::ContinuousFilter filter{jml::Rnls{}, oscillator, from(starts[0])};
+  jml::Filter filter{jml::Continuous{jml::Rnls{}}, oscillator, from(starts[0])};
   (void)follow(filter, sensor, noisy, 1, Between::held,
                [&](std::size_t i, const auto& report) { history.record(noisy, i, filter, report); });
   write_figure(directory, 1, "Output, with noise", history.output_panels());
@@ -287,7 +287,7 @@ void draw(const std::filesystem::path& directory, const Track& quiet, const Trac
     Panel panel{title, {}};
     for (std::size_t s = 0; s < starts.size(); ++s) {
       Series series{std::string("from ") + start_names[s], inks[s], {}, {}, "lines lw 1"};
-      jml::ContinuousFilter from_start{jml::Rnls{}, oscillator, from(starts[s])};
+      jml::Filter from_start{jml::Continuous{jml::Rnls{}}, oscillator, from(starts[s])};
       (void)follow(from_start, sensor, track, 1, Between::held, [&](std::size_t i, const auto&) {
         if (i % (i < 10000 ? 20 : 140) != 0) return;  // the transient is fast
         series.x.push_back(track.x[i](0) - from_start.x()(0));
@@ -305,7 +305,7 @@ void draw(const std::filesystem::path& directory, const Track& quiet, const Trac
   std::size_t number = 0;
   each_rule([&](const char* name, const std::string&, const auto& rule) {
     History h{.every = 140};
-    jml::ContinuousFilter other{rule, oscillator, from(starts[0])};
+    jml::Filter other{jml::Continuous{rule}, oscillator, from(starts[0])};
     (void)follow(other, sensor, noisy, 1, Between::held,
                  [&](std::size_t i, const auto& report) { h.record(noisy, i, other, report); });
     const char* ink = inks[number++];

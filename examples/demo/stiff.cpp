@@ -64,8 +64,8 @@ Run run_once(const Integrator& integrator, double R, Signal signal = Signal::fun
     else
       return integrator;
   }();
-  jml::ContinuousFilter filter{jml::Rnls{}, oscillator, start, engine};
-  jml::ContinuousFilter judge{jml::Rnls{}, oscillator, start};  // one step: may the piece be taken?
+  jml::Filter filter{jml::Continuous{jml::Rnls{}, engine}, oscillator, start};
+  jml::Filter judge{jml::Continuous{jml::Rnls{}}, oscillator, start};  // one step: may the piece be taken?
   const int samples = static_cast<int>(std::lround(duration / dt));
   Run out;
   double piece = dt;
@@ -224,8 +224,7 @@ void over_sensors(demo::Summary& summary, const std::filesystem::path& directory
     if (substeps < 1e6) {
       const models::SaturatingSignal sensor{.r = R};
       const auto first = [&](double count) {
-        jml::ContinuousFilter filter{jml::Rnls{}, oscillator, start,
-                                     jml::RungeKutta4{static_cast<int>(count)}};
+        jml::Filter filter{jml::Continuous{jml::Rnls{}, jml::RungeKutta4{static_cast<int>(count)}}, oscillator, start};
         return filter.step(sensor, output, 0.1).status;
       };
       const jml::Status enough = first(substeps), fewer = first(substeps - 1);
@@ -275,7 +274,7 @@ void over_sensors(demo::Summary& summary, const std::filesystem::path& directory
 void draw_transient(const std::filesystem::path& directory) {
   using namespace demo;
   const models::SaturatingSignal sensor{.r = smallest};
-  jml::ContinuousFilter filter{jml::Rnls{}, oscillator, start, bdf(1e-6)};
+  jml::Filter filter{jml::Continuous{jml::Rnls{}, bdf(1e-6)}, oscillator, start};
   Series p11{"P₁₁", colour::blue, {}, {}, "lines lw 1.6"},
       p22{"P₂₂ (1/s²)", colour::red, {}, {}, "lines lw 1.6"},
       permitted{"longest Runge-Kutta step, 1.39 / E K", colour::blue, {}, {}, "lines lw 1.6"},

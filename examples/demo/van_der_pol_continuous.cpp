@@ -35,7 +35,7 @@ Track track(bool with_noise, std::uint64_t seed, std::size_t refined = 1) {
 
 template <typename Rule>
 auto continuous(const Rule& rule) {
-  return jml::ContinuousFilter{rule, oscillator, start};
+  return jml::Filter{jml::Continuous{rule}, oscillator, start};
 }
 
 /// The discrete filter with steps of h: R = R_c/h, Q = Q_c/h.

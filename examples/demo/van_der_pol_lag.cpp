@@ -122,9 +122,9 @@ void fixed_lags(const Case& example, std::vector<Run>& runs) {
   for (const int sweeps : {1, 2, 3, to_convergence}) {
     const std::string length = std::to_string(lag);
     const auto make = [&example, sweeps] {
-      jml::FixedLag filter{jml::lag<lag>, example.oscillator, jml::sensors<Sensor>, start};
-      filter.options.sweeps = sweeps;
-      if (sweeps == to_convergence) filter.options.tolerance = converged;
+      jml::Filter filter{jml::FixedLag<lag>{}, example.oscillator, jml::sensors<Sensor>, start};
+      filter.method().options.sweeps = sweeps;
+      if (sweeps == to_convergence) filter.method().options.tolerance = converged;
       return filter;
     };
     runs.push_back(

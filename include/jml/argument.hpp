@@ -8,7 +8,8 @@
 
 namespace jml {
 
-/// A vector or matrix given by the caller, rows×cols: a Matrix of that size, or an Eigen value or expression.
+/// A vector or matrix given by the caller, rows×cols: a Matrix of that size, an Eigen value or expression,
+/// or, where rows·cols = 1, a number.
 ///
 /// A size that is wrong at compile time is a compile-time error. One that is known only at run time
 /// (Eigen::VectorXd, Eigen::Map, a block) and is wrong makes every entry a NaN, and nothing of it is read: so
@@ -24,6 +25,11 @@ class Argument : public Matrix<Scalar, rows, cols> {
   template <typename Other>
   JML_INLINE Argument(const Eigen::EigenBase<Other>& other)  // NOLINT: so is an expression
       : Value(of_this_size(other.derived())) {}
+  template <typename Number>
+    requires std::is_arithmetic_v<Number>
+  JML_INLINE Argument(Number number) : Value(kernel::filled<Value>(static_cast<Scalar>(number))) {  // NOLINT
+    static_assert(rows * cols == 1, "jml: a single number for a vector or matrix of several entries");
+  }
 
  private:
   template <typename Other>

@@ -12,8 +12,9 @@ namespace jml {
 /// x: n, in the units of the model. P: n×n. For the symmetric rules (Kalman, EKF, SDDRE) P is the
 /// covariance of x to first order; for the JML rule it is the nonsymmetric Riccati matrix of eq. (9) and
 /// NOT a covariance.
-template <typename Scalar, int n>
+template <typename Scalar_, int n>
 struct Estimate {
+  using Scalar = Scalar_;
   static_assert(n >= 0,
                 "jml: how many states an estimate has must be known at compile time: write "
                 "jml::Estimate<double, n>{x, P} where x or P have their size at run time");

@@ -68,9 +68,8 @@ struct SymmetricFactor {
   [[nodiscard]] JML_INLINE Vector<Scalar, p> solve(const Vector<Scalar, p>& b) const {
     Vector<Scalar, p> z;
     assign(z, b);
-    repeat<p>([&](int i) JML_INLINE {
-      between(0, i, [&](int k) JML_INLINE { z(i) -= lower(i, k) * z(k); });
-    });
+    repeat<p>([&](int i)
+                  JML_INLINE { between(0, i, [&](int k) JML_INLINE { z(i) -= lower(i, k) * z(k); }); });
     repeat<p>([&](int back) JML_INLINE {
       const int i = p - 1 - back;
       z(i) *= inverse_diagonal(i);
@@ -82,7 +81,7 @@ struct SymmetricFactor {
   /// v = w L⁻ᵀ and gain = w S⁻¹, for n×p w. Then w S⁻¹ wᵀ = (v D⁻¹) vᵀ; `scaled` is v D⁻¹.
   template <int n>
   JML_INLINE void right_solve(const Matrix<Scalar, n, p>& w, Matrix<Scalar, n, p>& v,
-                                          Matrix<Scalar, n, p>& scaled, Matrix<Scalar, n, p>& gain) const {
+                              Matrix<Scalar, n, p>& scaled, Matrix<Scalar, n, p>& gain) const {
     if constexpr (p == 1) {
       assign(v, w);
       kernel::scale(scaled, inverse_diagonal(0), w);
@@ -127,7 +126,7 @@ struct SymmetricFactor {
   // Out of the step, whose registers it would take: a tenth of it at n = 15.
   template <int n>
   JML_NOINLINE void right_solve_apart(const Matrix<Scalar, n, p>& w, Matrix<Scalar, n, p>& v,
-                                           Matrix<Scalar, n, p>& scaled, Matrix<Scalar, n, p>& gain) const {
+                                      Matrix<Scalar, n, p>& scaled, Matrix<Scalar, n, p>& gain) const {
     right_solve_columns(w, v, scaled, gain);
   }
   template <int n>
@@ -154,8 +153,7 @@ struct GeneralFactor {
 
   /// `scale(i)`: the size of a unit of component i (√R_ii; with p = 1 R itself), which makes the pivot test
   /// free of units. False where S is singular to rounding relative to that scale, or not finite.
-  [[nodiscard]] JML_INLINE bool factor(const Matrix<Scalar, p, p>& s,
-                                                const Vector<Scalar, p>& scale) {
+  [[nodiscard]] JML_INLINE bool factor(const Matrix<Scalar, p, p>& s, const Vector<Scalar, p>& scale) {
     constexpr Scalar slack = Scalar(4 * p) * std::numeric_limits<Scalar>::epsilon();
     if constexpr (p == 1) {
       order[0] = 0;

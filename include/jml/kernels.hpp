@@ -50,7 +50,7 @@ struct Packet<Scalar, 1> {
 /// Packets never overlap, 15 = 4+4+4+2+1: a load that spans two earlier stores would wait for both.
 template <int rows, int inner, int first, int sign, bool from_zero, typename Scalar, typename Coefficient>
 JML_INLINE inline void column(Scalar* out, const Scalar* start, const Scalar* a,
-                                          const Coefficient& coefficient) {
+                              const Coefficient& coefficient) {
   if constexpr (rows > 0) {
     constexpr int width = lanes<Scalar, rows>(rows - first);
     constexpr int packets = (rows - first) / width < 8 ? (rows - first) / width : 8;
@@ -79,28 +79,27 @@ JML_INLINE inline void column(Scalar* out, const Scalar* start, const Scalar* a,
 /// entries of two matrices that might overlap does not get.
 template <typename Scalar, int rows, int cols, int others>
 JML_INLINE inline void copy_column(const Matrix<Scalar, rows, cols>& a, int from,
-                                               Matrix<Scalar, rows, others>& b, int to) {
+                                   Matrix<Scalar, rows, others>& b, int to) {
   column<rows, 0, 0, 1, false>(b.data() + to * rows, a.data() + from * rows, a.data(),
                                [](int) { return Scalar(0); });
 }
 template <typename Scalar, int rows, int cols, int others>
 JML_INLINE inline void scale_column(const Matrix<Scalar, rows, cols>& a, int from, Scalar factor,
-                                                Matrix<Scalar, rows, others>& b, int to) {
+                                    Matrix<Scalar, rows, others>& b, int to) {
   column<rows, 1, 0, 1, true>(b.data() + to * rows, static_cast<const Scalar*>(nullptr),
                               a.data() + from * rows, [factor](int) { return factor; });
 }
 template <typename Scalar, int rows, int cols, int others>
-JML_INLINE inline void subtract_column(const Matrix<Scalar, rows, cols>& a, int from,
-                                                   Scalar factor, Matrix<Scalar, rows, others>& b, int to) {
+JML_INLINE inline void subtract_column(const Matrix<Scalar, rows, cols>& a, int from, Scalar factor,
+                                       Matrix<Scalar, rows, others>& b, int to) {
   column<rows, 1, 0, -1, false>(b.data() + to * rows, b.data() + to * rows, a.data() + from * rows,
                                 [factor](int) { return factor; });
 }
 
 /// out = a b.
 template <typename Scalar, int rows, int inner, int cols>
-JML_INLINE inline void product(const Matrix<Scalar, rows, inner>& a,
-                                           const Matrix<Scalar, inner, cols>& b,
-                                           Matrix<Scalar, rows, cols>& out) {
+JML_INLINE inline void product(const Matrix<Scalar, rows, inner>& a, const Matrix<Scalar, inner, cols>& b,
+                               Matrix<Scalar, rows, cols>& out) {
   repeat<cols>([&](int j) JML_INLINE {
     column<rows, inner, 0, 1, true>(out.data() + j * rows, static_cast<const Scalar*>(nullptr), a.data(),
                                     [&](int k) { return b(k, j); });
@@ -110,8 +109,8 @@ JML_INLINE inline void product(const Matrix<Scalar, rows, inner>& a,
 /// out = a bᵀ.
 template <typename Scalar, int rows, int inner, int cols>
 JML_INLINE inline void product_transposed(const Matrix<Scalar, rows, inner>& a,
-                                                      const Matrix<Scalar, cols, inner>& b,
-                                                      Matrix<Scalar, rows, cols>& out) {
+                                          const Matrix<Scalar, cols, inner>& b,
+                                          Matrix<Scalar, rows, cols>& out) {
   repeat<cols>([&](int j) JML_INLINE {
     column<rows, inner, 0, 1, true>(out.data() + j * rows, static_cast<const Scalar*>(nullptr), a.data(),
                                     [&](int k) { return b(j, k); });
@@ -121,9 +120,8 @@ JML_INLINE inline void product_transposed(const Matrix<Scalar, rows, inner>& a,
 /// out = start + sign · a b. `out` may be `start`.
 template <int sign, typename Scalar, int rows, int inner, int cols>
 JML_INLINE inline void add_product(const Matrix<Scalar, rows, cols>& start,
-                                               const Matrix<Scalar, rows, inner>& a,
-                                               const Matrix<Scalar, inner, cols>& b,
-                                               Matrix<Scalar, rows, cols>& out) {
+                                   const Matrix<Scalar, rows, inner>& a, const Matrix<Scalar, inner, cols>& b,
+                                   Matrix<Scalar, rows, cols>& out) {
   repeat<cols>([&](int j) JML_INLINE {
     column<rows, inner, 0, sign, false>(out.data() + j * rows, start.data() + j * rows, a.data(),
                                         [&](int k) { return b(k, j); });
@@ -133,9 +131,9 @@ JML_INLINE inline void add_product(const Matrix<Scalar, rows, cols>& start,
 /// out = start + sign · a bᵀ. `out` may be `start`.
 template <int sign, typename Scalar, int rows, int inner, int cols>
 JML_INLINE inline void add_product_transposed(const Matrix<Scalar, rows, cols>& start,
-                                                          const Matrix<Scalar, rows, inner>& a,
-                                                          const Matrix<Scalar, cols, inner>& b,
-                                                          Matrix<Scalar, rows, cols>& out) {
+                                              const Matrix<Scalar, rows, inner>& a,
+                                              const Matrix<Scalar, cols, inner>& b,
+                                              Matrix<Scalar, rows, cols>& out) {
   repeat<cols>([&](int j) JML_INLINE {
     column<rows, inner, 0, sign, false>(out.data() + j * rows, start.data() + j * rows, a.data(),
                                         [&](int k) { return b(j, k); });
@@ -145,9 +143,8 @@ JML_INLINE inline void add_product_transposed(const Matrix<Scalar, rows, cols>& 
 /// out = start + sign · a bᵀ where the result is known to be symmetric: the lower blocks, mirrored.
 template <int sign, typename Scalar, int n, int inner>
 JML_INLINE inline void add_symmetric_product(const Matrix<Scalar, n, n>& start,
-                                                         const Matrix<Scalar, n, inner>& a,
-                                                         const Matrix<Scalar, n, inner>& b,
-                                                         Matrix<Scalar, n, n>& out) {
+                                             const Matrix<Scalar, n, inner>& a,
+                                             const Matrix<Scalar, n, inner>& b, Matrix<Scalar, n, n>& out) {
   constexpr int block = lanes<Scalar, n>(n);
   constexpr int blocks = (n + block - 1) / block;
   [&]<int... c>(std::integer_sequence<int, c...>) JML_INLINE {
@@ -168,16 +165,14 @@ JML_INLINE inline void add_symmetric_product(const Matrix<Scalar, n, n>& start,
 /// out = start + sign · aᵀ b. `out` may be `start`.
 template <int sign, typename Scalar, int rows, int inner, int cols>
 JML_INLINE inline void add_transposed_product(const Matrix<Scalar, rows, cols>& start,
-                                                          const Matrix<Scalar, inner, rows>& a,
-                                                          const Matrix<Scalar, inner, cols>& b,
-                                                          Matrix<Scalar, rows, cols>& out) {
+                                              const Matrix<Scalar, inner, rows>& a,
+                                              const Matrix<Scalar, inner, cols>& b,
+                                              Matrix<Scalar, rows, cols>& out) {
   if constexpr (rows <= 3 && inner <= 3 && cols <= 3) {
     repeat<cols>([&](int j) JML_INLINE {
       repeat<rows>([&](int i) JML_INLINE {
         Scalar sum = start(i, j);
-        repeat<inner>([&](int k) JML_INLINE {
-          sum += sign > 0 ? a(k, i) * b(k, j) : -(a(k, i) * b(k, j));
-        });
+        repeat<inner>([&](int k) JML_INLINE { sum += sign > 0 ? a(k, i) * b(k, j) : -(a(k, i) * b(k, j)); });
         out(i, j) = sum;
       });
     });
@@ -189,17 +184,15 @@ JML_INLINE inline void add_transposed_product(const Matrix<Scalar, rows, cols>& 
 /// out = start + sign · aᵀ b where the result is known to be symmetric.
 template <int sign, typename Scalar, int n, int inner>
 JML_INLINE inline void add_symmetric_transposed_product(const Matrix<Scalar, n, n>& start,
-                                                                    const Matrix<Scalar, inner, n>& a,
-                                                                    const Matrix<Scalar, inner, n>& b,
-                                                                    Matrix<Scalar, n, n>& out) {
+                                                        const Matrix<Scalar, inner, n>& a,
+                                                        const Matrix<Scalar, inner, n>& b,
+                                                        Matrix<Scalar, n, n>& out) {
   if constexpr (n <= 3 && inner <= 3) {
     repeat<n>([&](int j) JML_INLINE {
       repeat<n>([&](int i) JML_INLINE {
         if (i < j) return;
         Scalar sum = start(i, j);
-        repeat<inner>([&](int k) JML_INLINE {
-          sum += sign > 0 ? a(k, i) * b(k, j) : -(a(k, i) * b(k, j));
-        });
+        repeat<inner>([&](int k) JML_INLINE { sum += sign > 0 ? a(k, i) * b(k, j) : -(a(k, i) * b(k, j)); });
         out(i, j) = sum;
         out(j, i) = sum;
       });

@@ -4,7 +4,7 @@
 #pragma once
 
 #include <cmath>
-#include <jml/matrix.hpp>
+#include <jml/matrix_operators.hpp>
 #include <limits>
 
 namespace jml {
@@ -14,8 +14,7 @@ enum class Definite { positive, positive_or_zero };
 
 /// True if every entry is finite. 0·v is zero exactly where v is finite: four sums and no branch.
 template <typename Scalar, int rows, int cols, int options>
-[[nodiscard]] JML_INLINE inline bool all_finite(
-    const Eigen::Matrix<Scalar, rows, cols, options>& a) {
+[[nodiscard]] JML_INLINE inline bool all_finite(const Eigen::Matrix<Scalar, rows, cols, options>& a) {
   constexpr int size = rows * cols, fours = size / 4;
   const Scalar* v = a.data();
   Scalar sum[4] = {};
@@ -25,8 +24,7 @@ template <typename Scalar, int rows, int cols, int options>
     sum[2] += Scalar(0) * v[4 * i + 2];
     sum[3] += Scalar(0) * v[4 * i + 3];
   });
-  kernel::repeat<size - 4 * fours>(
-      [&](int i) JML_INLINE { sum[i] += Scalar(0) * v[4 * fours + i]; });
+  kernel::repeat<size - 4 * fours>([&](int i) JML_INLINE { sum[i] += Scalar(0) * v[4 * fours + i]; });
   return (sum[0] + sum[1]) + (sum[2] + sum[3]) == Scalar(0);
 }
 

@@ -8,12 +8,14 @@
 
 namespace jml {
 
-/// Outcome of a step, a prediction, a solver or a check.
+/// Outcome of a step, a prediction, a solver or a check: what may be used first, then every refusal.
 enum class Status : std::uint8_t {
-  ok,                    ///< done; the estimate was replaced
-  accepted_at_rounding,  ///< iterated step: the root is exact to rounding, though its residual is above the
-                         ///< tolerance
-  accepted_at_limit,     ///< iterated step: the sweeps asked for were made and their result taken as it is
+  ok,                      ///< done; the estimate was replaced
+  accepted_at_rounding,    ///< iterated step: the root is exact to rounding, though its residual is above the
+                           ///< tolerance
+  accepted_at_limit,       ///< iterated step: the sweeps asked for were made and their result taken as it is
+  accepted_at_prediction,  ///< fixed lag: no sweep lowered J, and the trajectory is the predicted one; the
+                           ///< measurement stays in the window for the steps to come
   accepted_critical,  ///< algebraic Riccati equation with a double eigenvalue at the split: solved, and the
                       ///< error reported beside it says how many digits are left
   accepted_without_measurement,  ///< bounded noise: the measurement contradicts the stated bounds; the
@@ -65,11 +67,7 @@ enum class Solver : std::uint8_t {
 };
 
 /// True where the result may be used (it replaced the estimate).
-[[nodiscard]] constexpr bool usable(Status status) {
-  return status == Status::ok || status == Status::accepted_at_rounding ||
-         status == Status::accepted_at_limit || status == Status::accepted_critical ||
-         status == Status::accepted_without_measurement;
-}
+[[nodiscard]] constexpr bool usable(Status status) { return status <= Status::accepted_without_measurement; }
 
 /// One line for a log.
 [[nodiscard]] constexpr const char* describe(Status status) {
@@ -80,6 +78,8 @@ enum class Solver : std::uint8_t {
       return "accepted: root exact to rounding, residual above the tolerance";
     case Status::accepted_at_limit:
       return "accepted: the bounded number of sweeps was made";
+    case Status::accepted_at_prediction:
+      return "accepted: no sweep lowered J, the trajectory is the predicted one";
     case Status::accepted_critical:
       return "accepted: a critical Riccati equation, with the error that is reported";
     case Status::accepted_without_measurement:

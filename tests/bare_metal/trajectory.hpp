@@ -93,7 +93,7 @@ template <typename Scalar, typename Rule>
 bool run_box(const Rule& rule, const double (&y)[steps], Table& table) {
   using State = jml::Vector<Scalar, 2>;
   const jml::Box box{State(Scalar(0.8), Scalar(-0.2)), State(Scalar(1.2), Scalar(0.2))};
-  jml::BoundedNoise filter{rule, Pushed{}, box};
+  jml::Filter filter{rule, Pushed{}, box};
   return keep(
       filter, y, table,
       [&](double sample) { return filter.step(BoundedPosition{}, static_cast<Scalar>(sample)); },
@@ -111,7 +111,7 @@ inline constexpr models::SaturatingSignal signal{1e-3};
 
 template <typename Scalar, typename Integrator>
 bool run_continuous(const Integrator& integrator, const double (&y)[steps], Table& table) {
-  jml::ContinuousFilter filter{jml::Rnls{}, oscillator, start<Scalar>(), integrator};
+  jml::Filter filter{jml::Continuous{jml::Rnls{}, integrator}, oscillator, start<Scalar>()};
   return keep(
       filter, y, table,
       [&](double sample) {
@@ -122,14 +122,13 @@ bool run_continuous(const Integrator& integrator, const double (&y)[steps], Tabl
 
 template <typename Scalar>
 bool run_algebraic(const double (&y)[steps], Table& table) {
-  jml::AlgebraicFilter filter{
-      jml::Rnls{}, oscillator, start<Scalar>().x, {.gain = jml::GainUpdate::every_sample}};
+  jml::Filter filter{jml::Algebraic{jml::Rnls{}, {.gain = jml::GainUpdate::every_sample}}, oscillator, start<Scalar>().x};
   return keep(
       filter, y, table,
       [&](double sample) {
         return filter.step(signal, static_cast<Scalar>(sample), static_cast<Scalar>(dt));
       },
-      [&] { return filter.V(); });
+      [&] { return filter.P(); });
 }
 
 }  // namespace bare_metal

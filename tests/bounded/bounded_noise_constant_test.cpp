@@ -68,7 +68,7 @@ struct Campaign {
     for (int run = 0; run < runs; ++run) {
       const double x = noise.uniform(-2, 2);
       double low = b, high = -b;
-      jml::BoundedNoise filter{jml::Linearised{}, Constant{}};
+      jml::Filter filter{jml::Linearised{}, Constant{}};
       for (std::size_t n = 0; n < samples; ++n) {
         const double v = noise.uniform(-b, b);
         low = std::min(low, v);
@@ -79,7 +79,7 @@ struct Campaign {
         const double e = filter.x()(0) - x, width = filter.box().width()(0);
         error[n].add(e);
         squared_error[n].add(e * e);
-        on_line[n].add(filter.error_variance()(0));
+        on_line[n].add(filter.box().error_variance()(0));
         for (std::size_t t = 0; t < thresholds.size(); ++t) wider[n][t] += width > thresholds[t] * 2 * b;
         width_error = std::max(width_error, std::abs(width - (2 * b - (high - low))));
         centre_error = std::max(centre_error, std::abs(e - (high + low) / 2));

@@ -62,8 +62,8 @@ Both compare(const D& dynamics, const S& sensor, const State& centre, const Stat
     State x = centre;
     for (int i = 0; i < 2; ++i) x(i) += noise.uniform(-reach(i), reach(i));
     const jml::Box box{centre - reach, centre + reach};
-    jml::BoundedNoise linearised{jml::Linearised{}, dynamics, box};
-    jml::BoundedNoise guaranteed{jml::Guaranteed{}, dynamics, box};
+    jml::Filter linearised{jml::Linearised{}, dynamics, box};
+    jml::Filter guaranteed{jml::Guaranteed{}, dynamics, box};
     for (int k = 0; k < steps; ++k) {
       double push = noise.uniform(-1, 1);
       if (run % 4 == 3) push = push < 0 ? -1 : 1;

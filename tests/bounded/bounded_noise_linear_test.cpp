@@ -12,7 +12,7 @@ namespace {
 
 using namespace jml::operators;
 
-using jml::Box, jml::BoundedNoise, jml::Guaranteed, jml::Linearised, jml::Status, jml::usable;
+using jml::Box, jml::Filter, jml::Guaranteed, jml::Linearised, jml::Status, jml::usable;
 using Vector1 = jml::Vector<double, 1>;
 using Vector2 = jml::Vector<double, 2>;
 constexpr double inf = std::numeric_limits<double>::infinity();
@@ -79,7 +79,7 @@ void source_algorithm(const jml::Vector<int, p>& measured, std::uint64_t seed) {
     }
     source.x = box.centre();
     source.upper = box.upper;
-    BoundedNoise filter{Linearised{}, plant, box};
+    Filter filter{Linearised{}, plant, box};
     jml::Vector<double, n> truth = models::point_of(box, noise);
     for (int k = 0; k < 100; ++k) {
       truth = plant.F * truth + plant.G * models::within(u, noise);
@@ -92,7 +92,7 @@ void source_algorithm(const jml::Vector<int, p>& measured, std::uint64_t seed) {
       ASSERT_LT((filter.x() - source.x).cwiseAbs().maxCoeff(), near) << k;
       ASSERT_LT((filter.box().lower - source.lower).cwiseAbs().maxCoeff(), near) << k;
       ASSERT_LT((filter.box().upper - source.upper).cwiseAbs().maxCoeff(), near) << k;
-      ASSERT_LT((filter.error_variance() - source.variance).cwiseAbs().maxCoeff(), near * near * 1e12) << k;
+      ASSERT_LT((filter.box().error_variance() - source.variance).cwiseAbs().maxCoeff(), near * near * 1e12) << k;
       ASSERT_TRUE(filter.box().contains(truth)) << k;
     }
     for (int i = 0; i < 4; ++i) decisions[i] += source.decisions[i];
@@ -117,8 +117,8 @@ TEST(BoundedNoiseLinear, SecondOrderPlant) {
   DecisionMatrices<2, 1> source{.F = plant.F, .G = plant.G, .u = plant.bound};
   source.upper = box.upper;
   source.H << 1, 0, 0, 0;
-  BoundedNoise filter{Linearised{}, plant, box};
-  BoundedNoise guaranteed{Guaranteed{}, plant, box};
+  Filter filter{Linearised{}, plant, box};
+  Filter guaranteed{Guaranteed{}, plant, box};
   jml::Noise noise(6);
   Vector2 truth(0.3, -0.2);
   for (int k = 0; k < 200; ++k) {
@@ -176,8 +176,8 @@ TEST(BoundedNoiseLinear, PredictedBoxIsThatOfAllVertices) {
       box.upper(i) = box.lower(i) + noise.uniform(0, 2);
     }
     const auto wanted = image_of_vertices<3, 2>(F, jml::Vector<double, 3>::Zero(), G, box, u);
-    BoundedNoise linearised{Linearised{}, plant, box};
-    BoundedNoise guaranteed{Guaranteed<0>{}, plant, box};
+    Filter linearised{Linearised{}, plant, box};
+    Filter guaranteed{Guaranteed<0>{}, plant, box};
     ASSERT_EQ(linearised.predict(), Status::ok);
     ASSERT_EQ(guaranteed.predict(), Status::ok);
     expect_same(linearised.box(), wanted, 4e-14);
@@ -196,7 +196,7 @@ TEST(BoundedNoiseLinear, PredictedBoxOfALinearisation) {
   A << 1 + 0.2 * slope, 0.2 * 0.98, slope, 0.98;
   const double rate = 0.98 * -0.5 - 0.2 * 9.80665 * std::sin(0.8);
   const Vector2 f(0.8 + 0.2 * rate, rate);
-  BoundedNoise filter{Linearised{}, plant, box};
+  Filter filter{Linearised{}, plant, box};
   ASSERT_EQ(filter.predict(), Status::ok);
   const auto wanted =
       image_of_vertices<2, 1>(A, f - A * x, Vector2(0.04, 0.2), box, Vector1(std::sqrt(0.15)));
@@ -232,7 +232,7 @@ struct VaryingReading {
 
 template <typename Rule>
 void varying_bounds(const Rule& rule) {
-  BoundedNoise filter{rule, Varying{}, Box{Vector1(8.0), Vector1(16.0)}, 3.0};
+  Filter filter{rule, Varying{}, Box{Vector1(8.0), Vector1(16.0)}, 3.0};
   ASSERT_EQ(filter.predict(0.25, Vector1(2.0)), Status::ok);
   // 6 + 0.5 ± (2 + 3 + 25 + 40 + 1.5): the bound is read at the start of the step.
   expect_same(filter.box(), Box<double, 1>{Vector1(-65.0), Vector1(78.0)}, 1e-12);
@@ -294,7 +294,7 @@ void combining_rows(const Rule& rule, std::uint64_t seed) {
       box.upper(i) = box.lower(i) + noise.uniform(0, 2);
     }
     const Vector1 y(h.dot(models::point_of(box, noise, run % 2 == 0)) + noise.uniform(-b(0), b(0)));
-    BoundedNoise filter{rule, plant, box};
+    Filter filter{rule, plant, box};
     ASSERT_EQ(filter.update(sensor, y).status, Status::ok);
     const auto wanted = hull_of_strip<n>(box, h, y(0) - b(0), y(0) + b(0));
     // Sides up to 5; that of the strip over a small entry of h has rounding of the size of ε/|h|.
@@ -324,8 +324,8 @@ TEST(BoundedNoiseLinear, SeveralRowsLoseNothing) {
                                             jml::Vector<double, 3>::Zero(), Vector1(1.0));
     const Box<double, 3> box{jml::Vector<double, 3>(-1, -2, -1), jml::Vector<double, 3>(2, 1, 1)};
     const jml::Vector<double, 3> y = M * models::point_of(box, noise) + models::within(b, noise);
-    BoundedNoise linearised{Linearised{}, plant, box};
-    BoundedNoise guaranteed{Guaranteed<0>{}, plant, box};
+    Filter linearised{Linearised{}, plant, box};
+    Filter guaranteed{Guaranteed<0>{}, plant, box};
     ASSERT_EQ(linearised.update(sensor, y).status, Status::ok);
     ASSERT_EQ(guaranteed.update(sensor, y).status, Status::ok);
     for (int i = 0; i < 3; ++i) {
@@ -348,7 +348,7 @@ template <typename Rule>
 void without_prior(const Rule& rule) {
   const auto plant = models::second_order_plant();
   const models::BoundedLinearSensor<2, 1> other({0, 2}, Vector1(0.5));
-  BoundedNoise filter{rule, plant};
+  Filter filter{rule, plant};
   EXPECT_EQ(filter.status(), Status::ok);
   EXPECT_TRUE(filter.x().array().isNaN().all());
   EXPECT_EQ(filter.predict(), Status::state_unbounded);
@@ -372,7 +372,7 @@ void without_prior(const Rule& rule) {
 
   // One sum cannot bound two states; with one of them known it bounds the other.
   const models::BoundedLinearSensor<2, 1> sum({1, 1}, Vector1(0.5));
-  BoundedNoise of_sum{rule, plant};
+  Filter of_sum{rule, plant};
   EXPECT_EQ(of_sum.update(sum, 5.0).status, Status::ok);
   EXPECT_EQ(of_sum.box().upper, Vector2(inf, inf));
   EXPECT_EQ(of_sum.box().lower, Vector2(-inf, -inf));
@@ -390,7 +390,7 @@ void half_infinite(const Rule& rule) {
   const auto plant = models::second_order_plant();
   const models::BoundedLinearSensor<2, 1> sum({1, 1}, Vector1(0.5));
   // x₁ ≥ 5, x₂ ≤ -2, and x₁ + x₂ = 4 ± 0.5: x₁ = 4.5 - x₂ ≥ 6.5 ≥ … nothing more is known.
-  BoundedNoise filter{rule, plant, Box<double, 2>{Vector2(5, -inf), Vector2(inf, -2)}};
+  Filter filter{rule, plant, Box<double, 2>{Vector2(5, -inf), Vector2(inf, -2)}};
   EXPECT_EQ(filter.status(), Status::ok);
   EXPECT_EQ(filter.update(sum, 4.0).status, Status::ok);
   EXPECT_NEAR(filter.box().lower(0), 5.5, 1e-13);
@@ -404,7 +404,7 @@ void half_infinite(const Rule& rule) {
   expect_same(filter.box(), Box<double, 2>{Vector2(7, -5.5), Vector2(9, -2.5)}, 1e-13);
   EXPECT_EQ(filter.predict(), Status::ok);
   // A measurement below all that is possible contradicts also where the other side is open.
-  BoundedNoise above{rule, plant, Box<double, 2>{Vector2(5, 0), Vector2(inf, 1)}};
+  Filter above{rule, plant, Box<double, 2>{Vector2(5, 0), Vector2(inf, 1)}};
   const auto report = above.update(models::first_state(), 3.5);
   EXPECT_EQ(report.status, Status::accepted_without_measurement);
   EXPECT_EQ(report.violation.row, 0);
@@ -424,7 +424,7 @@ void rounding(const Rule& rule) {
     models::BoundedLinear<2, 1> plant(models::random_matrix<2, 2>(noise), {0, 0}, Vector1(0.0));
     const Vector2 x(noise.uniform(1, 2), noise.uniform(1, 2));
     plant.F(0, 1) = -plant.F(0, 0) * x(0) / x(1);
-    BoundedNoise filter{rule, plant, Box<double, 2>{x, x}};
+    Filter filter{rule, plant, Box<double, 2>{x, x}};
     ASSERT_EQ(filter.predict(), Status::ok);
     const jml::Vector<long double, 2> image = plant.F.cast<long double>() * x.cast<long double>();
     for (int i = 0; i < 2; ++i) {
@@ -449,7 +449,7 @@ void rounding_of_a_row(const Rule& rule) {
     Vector2 h(noise.uniform(-1, 1), 0);
     h(1) = -h(0) * x(0) / x(1);
     const long double y = h.cast<long double>().dot(x.cast<long double>());
-    BoundedNoise filter{rule, plant, Box<double, 2>{x, x}};
+    Filter filter{rule, plant, Box<double, 2>{x, x}};
     const models::BoundedLinearSensor<2, 1> sensor(h.transpose(), Vector1(0.0));
     violations += filter.update(sensor, static_cast<double>(y)).status != Status::ok;
     ASSERT_TRUE(filter.box().contains(x));
@@ -464,13 +464,13 @@ TEST(BoundedNoiseLinear, RoundingOfARowIsNoViolation) {
 // (2.31) and (2.34).
 TEST(BoundedNoiseLinear, CentreAndVariance) {
   const Box<double, 2> box{Vector2(-1, 2), Vector2(3, 2.5)};
-  BoundedNoise filter{Linearised{}, models::second_order_plant(), box, 7.0};
+  Filter filter{Linearised{}, models::second_order_plant(), box, 7.0};
   EXPECT_EQ(filter.x(), Vector2(1, 2.25));
-  EXPECT_LT((filter.error_variance() - Vector2(16.0 / 12, 0.25 / 12)).norm(), 1e-16);
+  EXPECT_LT((filter.box().error_variance() - Vector2(16.0 / 12, 0.25 / 12)).norm(), 1e-16);
   EXPECT_EQ(filter.time(), 7);
   ASSERT_EQ(filter.update(models::first_state(), 3.0).status, Status::ok);  // [2, 3]
   EXPECT_NEAR(filter.x()(0), 2.5, 1e-13);
-  EXPECT_NEAR(filter.error_variance()(0), 1.0 / 12, 1e-13);
+  EXPECT_NEAR(filter.box().error_variance()(0), 1.0 / 12, 1e-13);
   EXPECT_EQ(filter.x()(1), 2.25);
   EXPECT_EQ(filter.time(), 7);
   EXPECT_EQ(filter.reset(box, 1.0), Status::ok);

@@ -14,7 +14,7 @@ namespace {
 using namespace jml::operators;
 
 using heap_trap::allocations, heap_trap::Armed;
-using jml::Box, jml::BoundedNoise, jml::Guaranteed, jml::Linearised, jml::usable;
+using jml::Box, jml::Filter, jml::Guaranteed, jml::Linearised, jml::usable;
 using Vector1 = jml::Vector<double, 1>;
 using Vector2 = jml::Vector<double, 2>;
 using Vector4 = jml::Vector<double, 4>;
@@ -34,12 +34,12 @@ void expect_no_allocation(const Rule& rule, const D& dynamics, const S& sensor, 
   bool finite = true;
   {
     Armed trap;
-    BoundedNoise filter{rule, dynamics, start};
+    Filter filter{rule, dynamics, start};
     for (int k = 0; k < 5; ++k) {
       done += usable(filter.step(sensor, y).status);
       done += usable(filter.predict());
       done += usable(filter.update(sensor, y).status);
-      finite &= jml::all_finite(filter.x()) && jml::all_finite(filter.error_variance());
+      finite &= jml::all_finite(filter.x()) && jml::all_finite(filter.box().error_variance());
     }
     jml::Vector<Scalar, p> bad = y;
     bad(0) = std::numeric_limits<Scalar>::quiet_NaN();
@@ -49,7 +49,7 @@ void expect_no_allocation(const Rule& rule, const D& dynamics, const S& sensor, 
     auto copy = filter;
     violated += copy.update(sensor, bad).status == jml::Status::accepted_without_measurement;
     done += usable(filter.reset(start, 0));
-    BoundedNoise<Rule, D, Scalar> fresh{rule, dynamics, {}};
+    Filter<Rule, D, Scalar> fresh{rule, dynamics, {}};
     refused += fresh.predict() == jml::Status::state_unbounded;
     refused += fresh.step(sensor, y).status == jml::Status::state_unbounded;
     (void)fresh.update(sensor, y);
@@ -115,7 +115,7 @@ TEST(BoundedNoiseFloat, GuaranteeHolds) {
   for (int seed = 0; seed < 10; ++seed) {
     jml::Noise noise(40 + seed);
     Vector2 truth(noise.uniform(0.7, 1.2), noise.uniform(-0.3, 0.3));
-    BoundedNoise filter{Guaranteed{}, FloatVanDerPol{}, float_start};
+    Filter filter{Guaranteed{}, FloatVanDerPol{}, float_start};
     for (int k = 0; k < 500; ++k) {
       const double w = 0.999999 * models::within(Vector1(1.0), noise, k / 50 % 2 == 0)(0);
       const double acceleration = -truth(0) - c * (truth(0) * truth(0) - 1) * truth(1);

@@ -13,7 +13,7 @@ namespace {
 
 using namespace jml::operators;
 
-using jml::Box, jml::BoundedNoise, jml::Guaranteed, jml::Linearised, jml::Status, jml::usable;
+using jml::Box, jml::Guaranteed, jml::Linearised, jml::Status, jml::usable;
 using Vector1 = jml::Vector<double, 1>;
 using Vector2 = jml::Vector<double, 2>;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -114,7 +114,7 @@ const Box<double, 2> good{Vector2(1.2, 0.1), Vector2(1.8, 0.9)};
 
 template <typename Rule>
 struct BoundedNoiseRefusals : ::testing::Test {
-  using Filter = BoundedNoise<Rule, Plant>;
+  using Filter = jml::Filter<Rule, Plant>;
   static constexpr bool guaranteed = !std::is_same_v<Rule, Linearised>;
 
   static Status good_step(Filter& filter, int k) {
@@ -187,7 +187,7 @@ TYPED_TEST(BoundedNoiseRefusals, Motion) {
 TYPED_TEST(BoundedNoiseRefusals, Dynamics) {
   for (const Fault fault : {f_nan, f_inf}) this->refused_motion(Status::dynamics_not_finite, 0.1, fault);
   for (const double bad : {nan, inf}) {
-    BoundedNoise filter{TypeParam{}, Pushed{{}, bad}, good, 3.0};
+    jml::Filter filter{TypeParam{}, Pushed{{}, bad}, good, 3.0};
     const auto before = snapshot(filter);
     EXPECT_EQ(filter.predict(0.1), Status::dynamics_not_finite);
     EXPECT_EQ(filter.step(Gauge{}, 0.8, 0.1).status, Status::dynamics_not_finite);
@@ -229,7 +229,7 @@ TYPED_TEST(BoundedNoiseRefusals, Jacobians) {
 TYPED_TEST(BoundedNoiseRefusals, BadBoxes) {
   const auto bad_box = [](const Box<double, 2>& box, double time, Status wanted) {
     SCOPED_TRACE(jml::describe(wanted));
-    BoundedNoise filter{TypeParam{}, Plant{}, box, time};
+    jml::Filter filter{TypeParam{}, Plant{}, box, time};
     const auto before = snapshot(filter);
     EXPECT_EQ(filter.status(), wanted);
     EXPECT_EQ(filter.step(Gauge{}, 0.8, 0.1).status, wanted);
@@ -270,7 +270,7 @@ TYPED_TEST(BoundedNoiseRefusals, BadBoxes) {
   }
   for (const double bad : {nan, inf, -inf}) bad_box(good, bad, Status::invalid_time_step);
   // A point is a box.
-  EXPECT_EQ((BoundedNoise{TypeParam{}, Plant{}, Box{Vector2(1, 2), Vector2(1, 2)}}.status()), Status::ok);
+  EXPECT_EQ((jml::Filter{TypeParam{}, Plant{}, Box{Vector2(1, 2), Vector2(1, 2)}}.status()), Status::ok);
 }
 
 TYPED_TEST(BoundedNoiseRefusals, UnboundedState) {
@@ -278,7 +278,7 @@ TYPED_TEST(BoundedNoiseRefusals, UnboundedState) {
     for (const bool below : {true, false}) {
       Box<double, 2> box = good;
       (below ? box.lower : box.upper)(i) = below ? -inf : inf;
-      BoundedNoise filter{TypeParam{}, Plant{}, box, 3.0};
+      jml::Filter filter{TypeParam{}, Plant{}, box, 3.0};
       EXPECT_EQ(filter.status(), Status::ok);
       const auto before = snapshot(filter);
       EXPECT_EQ(filter.predict(0.1), Status::state_unbounded);
@@ -300,7 +300,7 @@ TYPED_TEST(BoundedNoiseRefusals, UnboundedState) {
 // An overflow on the way is refused, not carried on.
 TYPED_TEST(BoundedNoiseRefusals, Overflow) {
   const Box<double, 2> huge{Vector2(-1e300, -1e300), Vector2(1e300, 1e300)};
-  BoundedNoise filter{TypeParam{}, Plant{}, huge, 3.0};
+  jml::Filter filter{TypeParam{}, Plant{}, huge, 3.0};
   const auto before = snapshot(filter);
   EXPECT_EQ(filter.status(), Status::ok);
   if (TestFixture::guaranteed) {  // its Jacobian over the whole box is infinite

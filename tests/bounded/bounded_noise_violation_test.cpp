@@ -12,7 +12,7 @@ namespace {
 
 using namespace jml::operators;
 
-using jml::Box, jml::BoundedNoise, jml::Guaranteed, jml::Linearised, jml::Status, jml::usable;
+using jml::Box, jml::Filter, jml::Guaranteed, jml::Linearised, jml::Status, jml::usable;
 using Vector1 = jml::Vector<double, 1>;
 using Vector2 = jml::Vector<double, 2>;
 using Plant = models::BoundedLinear<2, 1>;
@@ -37,10 +37,10 @@ template <typename Rule>
 struct Violation : ::testing::Test {
   template <typename S>
   static void contradicts(const S& sensor,
-                          const typename BoundedNoise<Rule, Plant>::template Measurement<S>& y,
+                          const typename Filter<Rule, Plant>::template Measurement<S>& y,
                           const jml::Vector<double, jml::measurements_of<S>>& innovation, int row,
                           double excess) {
-    BoundedNoise filter{Rule{}, plant(), start, 2.0}, predicted{Rule{}, plant(), start, 2.0};
+    Filter filter{Rule{}, plant(), start, 2.0}, predicted{Rule{}, plant(), start, 2.0};
     ASSERT_EQ(predicted.predict(0.5), Status::ok);
     const auto check = [&](const auto& report) {
       EXPECT_EQ(report.status, Status::accepted_without_measurement);
@@ -115,7 +115,7 @@ TYPED_TEST(Violation, NotAtTheEdge) {
     const Vector2 corner(above == (h(0) >= 0) ? box.upper(0) : box.lower(0),
                          above == (h(1) >= 0) ? box.upper(1) : box.lower(1));
     const double y = h.dot(corner) + (above ? b : -b);
-    BoundedNoise filter{TypeParam{}, plant(), box};
+    Filter filter{TypeParam{}, plant(), box};
     const auto report = filter.update(OneRow(h.transpose(), Vector1(b)), y);
     ASSERT_EQ(report.status, Status::ok) << run << ' ' << report.violation.excess / scale;
     ASSERT_TRUE(filter.box().valid()) << run;
@@ -127,7 +127,7 @@ TYPED_TEST(Violation, NotAtTheEdge) {
     }
     thin += filter.box().width()(0) < 1e-6 * box.width()(0);
     // Two ulps of a number of this size further out is still rounding, a millionth is not.
-    BoundedNoise outside{TypeParam{}, plant(), box};
+    Filter outside{TypeParam{}, plant(), box};
     const double size = std::abs(y) + b + box.upper.norm() + box.lower.norm();
     const auto beyond = outside.update(OneRow(h.transpose(), Vector1(b)), y + (above ? 1e-6 : -1e-6) * size);
     ASSERT_EQ(beyond.status, Status::accepted_without_measurement) << run;
@@ -142,25 +142,25 @@ const Box<double, 2> still{Vector2(0, -1), Vector2(0, 1)};  // the position is k
 
 // Each of both states is within its bounds, but not both together: only the way back sees it.
 TEST(ViolationOfTheDynamics, FoundByLookingBack) {
-  BoundedNoise filter{Guaranteed<0>{}, drift(), still};
+  Filter filter{Guaranteed<0>{}, drift(), still};
   const TwoRows both(jml::Matrix<double, 2, 2>::Identity(), Vector2(0, 0));
   const auto report = filter.step(both, Vector2(0.5, -1));  // the position says rate 1
   EXPECT_EQ(report.status, Status::accepted_without_measurement);
   EXPECT_EQ(report.violation.row, -1);
   EXPECT_EQ(report.violation.state, 1);
   EXPECT_NEAR(report.violation.excess, 2, 1e-13);
-  BoundedNoise predicted{Guaranteed<0>{}, drift(), still};
+  Filter predicted{Guaranteed<0>{}, drift(), still};
   ASSERT_EQ(predicted.predict(), Status::ok);
   EXPECT_TRUE(same_bits(filter, predicted));
   const auto good = filter.update(both, Vector2(0.25, 0.5));
   EXPECT_EQ(good.status, Status::ok);
   EXPECT_LT(filter.box().width().maxCoeff(), 1e-14);
   // Linearised cannot know.
-  BoundedNoise linearised{Linearised{}, drift(), still};
+  Filter linearised{Linearised{}, drift(), still};
   EXPECT_EQ(linearised.step(both, Vector2(0.5, -1)).status, Status::ok);
 }
 TEST(ViolationOfTheDynamics, FoundByTheZonotope) {
-  BoundedNoise filter{Guaranteed{}, drift(), still};
+  Filter filter{Guaranteed{}, drift(), still};
   const TwoRows both(jml::Matrix<double, 2, 2>::Identity(), Vector2(0, 0));
   const OneRow vague({1, 0}, Vector1(10.0));
   ASSERT_EQ(filter.update(vague, 0.0).status, Status::ok);
@@ -183,7 +183,7 @@ TEST(ViolationOfTheDynamics, DisturbanceBeyondItsBound) {
   for (int seed = 0; seed < 10; ++seed) {
     jml::Noise noise(20 + seed);
     Vector2 truth(0.5 + 0.1 * seed, 0);
-    BoundedNoise filter{Guaranteed{}, pendulum, Box{truth - Vector2(0.1, 0.5), truth + Vector2(0.2, 0.3)}};
+    Filter filter{Guaranteed{}, pendulum, Box{truth - Vector2(0.1, 0.5), truth + Vector2(0.2, 0.3)}};
     const auto advance = [&](double w) {
       truth = pendulum.dynamics(truth) + pendulum.disturbance_input() * w;
       return filter.step(sensor, truth(0) + noise.uniform(-b, b));

@@ -13,7 +13,7 @@ namespace {
 
 using namespace jml::operators;
 
-using jml::Box, jml::BoundedNoise, jml::ColouredInput, jml::Guaranteed, jml::Linearised, jml::Status;
+using jml::Box, jml::Filter, jml::ColouredInput, jml::Guaranteed, jml::Linearised, jml::Status;
 using Vector1 = jml::Vector<double, 1>;
 using Vector2 = jml::Vector<double, 2>;
 using Vector4 = jml::Vector<double, 4>;
@@ -83,8 +83,8 @@ void same_box(const Rule& rule) {
   const Pair pair;
   const auto sensor = jml::sensor_of(pair.whole, pair.sensor);
   const Box<double, 4> start{Vector4(-1, -1, -0.5, -0.5), Vector4(1, 0.5, 0.5, 1)};
-  BoundedNoise coloured{rule, pair.whole, start};
-  BoundedNoise hand{rule, pair.by_hand(), start};
+  Filter coloured{rule, pair.whole, start};
+  Filter hand{rule, pair.by_hand(), start};
   const auto by_hand = pair.by_hand();
   jml::Noise noise(2);
   Vector4 truth = start.centre();
@@ -145,7 +145,7 @@ TEST(ColouredInput, PlantThatReadsTimeStepControlAndState) {
 
   // One step of each estimator against these numbers.
   const Box<double, 2> box{Vector2(0.3, -0.3), Vector2(0.5, -0.1)};
-  BoundedNoise linearised{Linearised{}, whole, box, 3.0};
+  Filter linearised{Linearised{}, whole, box, 3.0};
   ASSERT_EQ(linearised.predict(0.5, Vector1(2.0)), Status::ok);
   const Vector2 next = jml::dynamics(whole, x, at),
                 spread = J.cwiseAbs() * Vector2(0.1, 0.1) + Vector2(0, 0.25);
@@ -158,7 +158,7 @@ TEST(ColouredInput, PlantThatReadsTimeStepControlAndState) {
   jml::Matrix<double, 2, 2> P = 0.1 * J * J.transpose();
   P(1, 1) += 0.02;
   EXPECT_LT((kalman.P() - P).norm(), 1e-15);
-  BoundedNoise guaranteed{Guaranteed<0>{}, whole, box, 3.0};
+  Filter guaranteed{Guaranteed<0>{}, whole, box, 3.0};
   ASSERT_EQ(guaranteed.predict(0.5, Vector1(2.0)), Status::ok);
   jml::Noise noise(3);
   for (int k = 0; k < 1000; ++k) {
@@ -197,7 +197,7 @@ TEST(ColouredInput, SensorOfThePlant) {
 
   const auto direction = jml::sensor_of(pair.whole, Direction{});
   static_assert(!decltype(direction)::linear);
-  BoundedNoise filter{Guaranteed<0>{}, pair.whole,
+  Filter filter{Guaranteed<0>{}, pair.whole,
                       Box<double, 4>{Vector4(-3, -0.1, 0, 0), Vector4(-2, 0.5, 1, 1)}};
   const auto report = filter.update(direction, -3.1);
   EXPECT_EQ(report.status, Status::ok);
@@ -222,7 +222,7 @@ TEST(ColouredInput, SensorsOfTimeAndMeansAreHandedOn) {
   const ColouredInput whole{Timed{}, Drifting{}};
   const auto sensor = jml::sensor_of(whole, Clocked{});
   const auto start = [&](const auto& rule) {
-    return BoundedNoise{rule, whole, Box<double, 2>{Vector2(0, 0), Vector2(1, 1)}, 7.0};
+    return Filter{rule, whole, Box<double, 2>{Vector2(0, 0), Vector2(1, 1)}, 7.0};
   };
   auto filter = start(Guaranteed{});
   EXPECT_NEAR(filter.update(sensor, 7.5).innovation(0), 0, 1e-14);

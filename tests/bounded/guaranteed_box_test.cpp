@@ -7,7 +7,7 @@
 
 namespace {
 
-using jml::Box, jml::BoundedNoise, jml::Guaranteed, jml::Linearised, jml::Status;
+using jml::Box, jml::Filter, jml::Guaranteed, jml::Linearised, jml::Status;
 using particles::never_outside;
 using Vector1 = jml::Vector<double, 1>;
 using Vector2 = jml::Vector<double, 2>;
@@ -79,7 +79,7 @@ TEST(GuaranteedBox, DisturbanceInputThatReadsTheStateAndAKnownPart) {
   never_outside(Guaranteed{}, Cart{}, position, all, Vector3(0.5, 0.5, 0.3), 60, 12, 11);
   never_outside(Guaranteed{}, Cart{}, position, all, Vector3(2, 2, 2), 60, 4, 12);
   // Its known part is in the middle: a point that goes north-east by 1 m.
-  BoundedNoise filter{Guaranteed{}, Cart{}, Box<double, 3>{Vector3(1, 2, 0.7), Vector3(1, 2, 0.7)}};
+  Filter filter{Guaranteed{}, Cart{}, Box<double, 3>{Vector3(1, 2, 0.7), Vector3(1, 2, 0.7)}};
   ASSERT_EQ(filter.predict(), Status::ok);
   EXPECT_LT((filter.x() - Vector3(1 + std::cos(0.7), 2 + std::sin(0.7), 0.9)).norm(), 1e-14);
   EXPECT_LT((filter.box().width() - Vector3(0.1 * std::cos(0.7), 0.1 * std::sin(0.7), 0.04)).norm(), 1e-14);
@@ -88,9 +88,9 @@ TEST(GuaranteedBox, DisturbanceInputThatReadsTheStateAndAKnownPart) {
 /// The box that one step makes of `before` with nothing but f over it, then m: no memory.
 template <typename D, typename S>
 Box<double, 2> forward(const D& plant, const S& sensor, const Box<double, 2>& before, double y) {
-  BoundedNoise predicted{Guaranteed<0>{}, plant, before};
+  Filter predicted{Guaranteed<0>{}, plant, before};
   EXPECT_EQ(predicted.predict(), Status::ok);
-  BoundedNoise corrected{Guaranteed<0>{}, plant, predicted.box()};
+  Filter corrected{Guaranteed<0>{}, plant, predicted.box()};
   EXPECT_EQ(corrected.update(sensor, y).status, Status::ok);
   return corrected.box();
 }
@@ -100,7 +100,7 @@ void never_worse(const Rule& rule, const D& plant, const S& sensor, const Box<do
                  double narrower) {
   jml::Noise noise(14);
   Vector2 truth = prior.centre();
-  BoundedNoise filter{rule, plant, prior};
+  Filter filter{rule, plant, prior};
   double ratio = 0;
   constexpr int steps = 300;
   for (int k = 0; k < steps; ++k) {
@@ -133,7 +133,7 @@ TEST(GuaranteedBox, LookingBackBoundsWhatIsNotMeasured) {
   const models::BoundedLinear<2, 1> drift((jml::Matrix<double, 2, 2>() << 1, 0.5, 0, 1).finished(), {0, 1},
                                           Vector1(0.125));
   const models::BoundedLinearSensor<2, 1> position({1, 0}, Vector1(0.0625));
-  BoundedNoise filter{Guaranteed<0>{}, drift, Box<double, 2>{Vector2(0, -1), Vector2(0.25, 1)}};
+  Filter filter{Guaranteed<0>{}, drift, Box<double, 2>{Vector2(0, -1), Vector2(0.25, 1)}};
   ASSERT_EQ(filter.step(position, 0.25).status, Status::ok);
   // 0.1875 ≤ p + r/2 ≤ 0.3125 with p in [0, 0.25]: r in [-0.125, 0.625]; then ±0.125.
   EXPECT_LT((filter.box().lower - Vector2(0.1875, -0.25)).norm(), 1e-14);
@@ -162,7 +162,7 @@ struct Gauge {
   Vector1 noise_bound() const { return Vector1(0.01); }
 };
 TEST(GuaranteedBox, MeanThatReadsTheState) {
-  BoundedNoise filter{Guaranteed{}, Doubling{}, Box<double, 1>{Vector1(0.0), Vector1(1.0)}};
+  Filter filter{Guaranteed{}, Doubling{}, Box<double, 1>{Vector1(0.0), Vector1(1.0)}};
   ASSERT_EQ(filter.update(Gauge{}, 0.5).status, Status::ok);  // the zonotope is there from now on
   ASSERT_EQ(filter.reset({Vector1(0.0), Vector1(1.0)}, 0), Status::ok);
   ASSERT_EQ(filter.predict(), Status::ok);
@@ -180,7 +180,7 @@ TEST(GuaranteedBox, UndampedPendulumForLong) {
   const models::BoundedAngleSensor sensor;
   jml::Noise noise(15);
   Vector2 truth(0.5, 0);
-  BoundedNoise filter{Guaranteed{}, pendulum, Box<double, 2>{Vector2(0.3, -0.4), Vector2(0.7, 0.4)}};
+  Filter filter{Guaranteed{}, pendulum, Box<double, 2>{Vector2(0.3, -0.4), Vector2(0.7, 0.4)}};
   double widest = 0, mean = 0;
   int outside = 0;
   constexpr int steps = 100'000;

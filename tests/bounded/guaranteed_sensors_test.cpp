@@ -6,7 +6,7 @@
 
 namespace {
 
-using jml::Box, jml::BoundedNoise, jml::Guaranteed, jml::Status;
+using jml::Box, jml::Filter, jml::Guaranteed, jml::Status;
 using particles::explains, particles::inside, particles::never_outside;
 using Vector1 = jml::Vector<double, 1>;
 using Vector4 = jml::Vector<double, 4>;
@@ -36,7 +36,7 @@ TEST(GuaranteedSensors, MeasurementOnTheOtherSideOfTheCut) {
   const models::BoundedBearing sensor{.bound = 0.01};
   const Box<double, 4> box{Vector4(-10.01, -1, 0, 0), Vector4(-9.99, 1.5, 0, 0)};
   for (const double y : {-pi + 0.05, pi - 0.05, pi, -pi}) {
-    BoundedNoise filter{Guaranteed{}, models::BoundedVehicle{}, box};
+    Filter filter{Guaranteed{}, models::BoundedVehicle{}, box};
     const auto report = filter.update(sensor, y);
     ASSERT_EQ(report.status, Status::ok) << y;
     // north = -10 tan(y ± 0.01), and the innovation from the centre, north 0.25.
@@ -47,7 +47,7 @@ TEST(GuaranteedSensors, MeasurementOnTheOtherSideOfTheCut) {
     EXPECT_NEAR(filter.box().upper(1), -10 * std::tan(off - 0.01), 0.02);
   }
   // And what is outside is found: 0.3 rad below the cut, where the box ends at 0.1.
-  BoundedNoise filter{Guaranteed{}, models::BoundedVehicle{}, box};
+  Filter filter{Guaranteed{}, models::BoundedVehicle{}, box};
   const auto report = filter.update(sensor, -pi + 0.3);
   EXPECT_EQ(report.status, Status::accepted_without_measurement);
   EXPECT_EQ(report.violation.row, 0);
@@ -72,7 +72,7 @@ void nothing_is_lost(const S& sensor, double largest, std::uint64_t seed) {
     }
     const Vector4 truth = models::point_of(box, noise, run % 3 == 0);
     const Vector1 y = sensor.measurement(truth) + 0.999999 * models::within(sensor.noise_bound(), noise);
-    BoundedNoise filter{Guaranteed<0>{}, models::BoundedVehicle{}, box};
+    Filter filter{Guaranteed<0>{}, models::BoundedVehicle{}, box};
     ASSERT_EQ(filter.update(sensor, y).status, Status::ok) << run;
     cut += filter.box().width().sum() < 0.95 * box.width().sum();
     for (int k = 0; k < 300; ++k) {
@@ -132,7 +132,7 @@ void half_infinite(const S& sensor, bool above) {
   prior.upper(0) = above ? inf : near;
   for (const double east : {5.0, 5.5, 9.0, 100.0}) {
     const Vector4 truth(above ? east : -east, 1, 2, 3);
-    BoundedNoise filter{Guaranteed{}, models::BoundedVehicle{}, prior};
+    Filter filter{Guaranteed{}, models::BoundedVehicle{}, prior};
     const auto report = filter.update(sensor, Vector1(sensor.measurement(truth)));
     EXPECT_EQ(report.status, Status::ok) << east;
     EXPECT_EQ(report.violation.row, -1) << east;
@@ -154,7 +154,7 @@ TEST(GuaranteedSensors, HalfInfinitePrior) {
 TEST(GuaranteedSensors, NoPrior) {
   const Vector4 truth(-7, 0.5, 1, 1);
   const auto check = [&](const auto& sensor) {
-    BoundedNoise filter{Guaranteed{}, models::BoundedVehicle{}};
+    Filter filter{Guaranteed{}, models::BoundedVehicle{}};
     const auto report = filter.update(sensor, Vector1(sensor.measurement(truth)));
     EXPECT_TRUE(report.status == Status::ok || report.status == Status::sensor_not_finite);
     EXPECT_TRUE(filter.box().contains(truth));
@@ -178,7 +178,7 @@ struct Chord {
 };
 TEST(GuaranteedSensors, ResidualThatIsNoDifferenceCutsNothingWrong) {
   const Vector4 truth(0.13, 0, 0, 0), reach(0.14, 1, 1, 1);
-  BoundedNoise filter{Guaranteed{}, models::BoundedVehicle{}, Box<double, 4>{-reach, reach}};
+  Filter filter{Guaranteed{}, models::BoundedVehicle{}, Box<double, 4>{-reach, reach}};
   EXPECT_EQ(filter.update(Chord{}, 0.13).status, Status::ok);
   EXPECT_TRUE(filter.box().contains(truth));
 }
@@ -201,7 +201,7 @@ TEST(GuaranteedSensors, BoundStatedInDoubleHoldsInFloat) {
   for (int run = 0; run < 10'000; ++run) {
     const auto gain = static_cast<float>(noise.uniform(0.1, 1));
     const double bound = noise.uniform(0.1, 1);
-    BoundedNoise filter{Guaranteed{}, Float{gain, bound}, Box<float, 1>{zero, zero}};
+    Filter filter{Guaranteed{}, Float{gain, bound}, Box<float, 1>{zero, zero}};
     ASSERT_EQ(filter.predict(), Status::ok);
     ASSERT_GE(double{filter.box().upper(0)}, double{gain} * bound) << run;
     ASSERT_LE(double{filter.box().lower(0)}, -double{gain} * bound) << run;

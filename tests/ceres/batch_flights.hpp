@@ -86,7 +86,7 @@ jml::CeresReport expect_agreement(Batch& by_sweep, Batch& by_ceres, const jml::C
       last - 1, [&](int k) { return by_sweep.w(k); }, [&](int k) { return by_ceres.w(k); });
   EXPECT_LE(disturbed, 1e-5);
   for (const int k : {0, last / 2, last}) {
-    const auto P = by_sweep.covariance(k), other = by_ceres.covariance(k);
+    const auto P = by_sweep.P(k), other = by_ceres.P(k);
     EXPECT_LE((P - other).cwiseAbs().maxCoeff(), 1e-5 * P.cwiseAbs().maxCoeff());
   }
   return report;

@@ -10,7 +10,7 @@ inline bool run() {
 #else
   const jml::Box<double, 2> box;
 #endif
-  const jml::BoundedNoise filter{jml::Linearised{}, parts::Pushed{}, box};
+  const jml::Filter filter{jml::Linearised{}, parts::Pushed{}, box};
   return jml::usable(filter.status());
 }
 

@@ -11,7 +11,7 @@ struct Model : parts::Flow {
 };
 
 inline bool run() {
-  jml::ContinuousFilter filter{jml::Ekf{}, Model{}, parts::start};
+  jml::Filter filter{jml::Continuous{jml::Ekf{}}, Model{}, parts::start};
   return filter.status() == jml::Status::ok;
 }
 

@@ -11,7 +11,7 @@ using Model = parts::Flow;
 #endif
 
 inline bool run() {
-  jml::ContinuousFilter filter{jml::Ekf{}, Model{}, parts::start};
+  jml::Filter filter{jml::Continuous{jml::Ekf{}}, Model{}, parts::start};
   return jml::usable(filter.step(parts::Signal{}, 1.0, 0.1).status);
 }
 

@@ -12,7 +12,7 @@ constexpr int states = 2;
 
 inline bool run() {
   const jml::Estimate<double, states> start;
-  jml::ContinuousFilter filter{jml::Ekf{}, parts::Flow{}, start};
+  jml::Filter filter{jml::Continuous{jml::Ekf{}}, parts::Flow{}, start};
   return jml::usable(filter.step(parts::Signal{}, 1.0, 0.1).status);
 }
 

@@ -18,7 +18,7 @@ struct Model : parts::WithInput {
 };
 
 inline bool run() {
-  jml::BoundedNoise filter{jml::Guaranteed{}, Model{}, parts::box};
+  jml::Filter filter{jml::Guaranteed{}, Model{}, parts::box};
   return jml::usable(filter.predict());
 }
 

@@ -17,7 +17,7 @@ struct Model : parts::Functions {
 };
 
 inline bool run() {
-  jml::BoundedNoise filter{jml::Guaranteed{}, Model{}, parts::box};
+  jml::Filter filter{jml::Guaranteed{}, Model{}, parts::box};
   return jml::usable(filter.predict());
 }
 

@@ -11,7 +11,7 @@ using Rule = jml::Rnls<>;
 #endif
 
 inline bool run() {
-  jml::ContinuousFilter filter{Rule{}, parts::Flow{}, parts::start};
+  jml::Filter filter{jml::Continuous{Rule{}}, parts::Flow{}, parts::start};
   return filter.status() == jml::Status::ok;
 }
 

@@ -11,7 +11,7 @@ struct Model : parts::Flow {
 };
 
 inline bool run() {
-  jml::ContinuousFilter filter{jml::Kalman{}, Model{}, parts::start};
+  jml::Filter filter{jml::Continuous{jml::Kalman{}}, Model{}, parts::start};
   return jml::usable(filter.step(parts::Signal{}, 1.0, 0.1).status);
 }
 

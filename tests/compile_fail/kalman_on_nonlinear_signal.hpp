@@ -11,7 +11,7 @@ struct Signal : parts::Signal {
 };
 
 inline bool run() {
-  jml::ContinuousFilter filter{jml::Kalman{}, parts::Flow{}, parts::start};
+  jml::Filter filter{jml::Continuous{jml::Kalman{}}, parts::Flow{}, parts::start};
   return jml::usable(filter.step(Signal{}, 1.0, 0.1).status);
 }
 

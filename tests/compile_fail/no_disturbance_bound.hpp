@@ -11,7 +11,7 @@ using Model = parts::Pushed;
 #endif
 
 inline bool run() {
-  jml::BoundedNoise filter{jml::Linearised{}, Model{}, parts::box};
+  jml::Filter filter{jml::Linearised{}, Model{}, parts::box};
   return jml::usable(filter.predict());
 }
 

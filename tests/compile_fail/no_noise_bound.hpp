@@ -13,7 +13,7 @@ struct Sensor : parts::Sensor {
 #endif
 
 inline bool run() {
-  jml::BoundedNoise filter{jml::Linearised{}, parts::Pushed{}, parts::box};
+  jml::Filter filter{jml::Linearised{}, parts::Pushed{}, parts::box};
   return jml::usable(filter.step(Sensor{}, 1.0).status);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// must say: jml: a single number for a sensor of several measurements
+// must say: jml: a single number for a vector or matrix of several entries
 #include "continuous_parts.hpp"
 
 namespace number_for_two_measurements {
@@ -11,7 +11,7 @@ inline const parts::Vector2 y(1, 1);
 #endif
 
 inline bool run() {
-  jml::ContinuousFilter filter{jml::Ekf{}, parts::Flow{}, parts::start};
+  jml::Filter filter{jml::Continuous{jml::Ekf{}}, parts::Flow{}, parts::start};
   return jml::usable(filter.step(parts::Signals{}, y, 0.1).status);
 }
 

@@ -11,7 +11,7 @@ using Sensor = parts::Signal;
 #endif
 
 inline bool run() {
-  jml::ContinuousFilter filter{jml::Ekf{}, parts::Flow{}, parts::start};
+  jml::Filter filter{jml::Continuous{jml::Ekf{}}, parts::Flow{}, parts::start};
   return jml::usable(filter.step(Sensor{}, 1.0, 0.1).status);
 }
 

@@ -101,7 +101,7 @@ double reference(const ByHand& by_hand, double x0) {
 
 template <typename Rule>
 double run(const Rule& rule, const Cubic& f, double x0, int steps, jml::AlgebraicOptions options = {}) {
-  jml::AlgebraicFilter filter{rule, f, Scalar1(x0), options};
+  jml::Filter filter{jml::Algebraic{rule, options}, f, Scalar1(x0)};
   for (int i = 0; i < steps; ++i) {
     const auto report = filter.step(FoldedSignal{}, [](double t) { return Scalar1(signal(t)); }, 4.0 / steps);
     EXPECT_EQ(report.status, jml::Status::ok) << jml::describe(report.status);
@@ -140,7 +140,7 @@ TEST(AlgebraicFilter, ofSamplesTendsToTheContinuousOne) {
   double last = 0;
   for (const int steps : {400, 800, 1600}) {
     const double dt = 4.0 / steps;
-    jml::AlgebraicFilter filter{jml::Sddre{}, f, Scalar1(0.3)};
+    jml::Filter filter{jml::Algebraic{jml::Sddre{}}, f, Scalar1(0.3)};
     for (int i = 1; i <= steps; ++i) {
       const auto report = filter.step(FoldedSamples{0.2 / dt}, signal(i * dt), dt);
       ASSERT_EQ(report.status, jml::Status::ok) << jml::describe(report.status);
@@ -160,14 +160,13 @@ TEST(AlgebraicFilter, tendsToTheSteadyExtendedKalmanFilterAtTheOrigin) {
   const models::SaturatingSignal sensor{1e-2};
   using X = jml::Vector<double, 2>;
   using Square = jml::Matrix<double, 2, 2>;
-  jml::ContinuousFilter ekf{jml::Ekf{}, dynamics, jml::Estimate<double, 2>{X::Zero(), Square::Identity()},
-                            jml::RungeKutta4{20}};
+  jml::Filter ekf{jml::Continuous{jml::Ekf{}, jml::RungeKutta4{20}}, dynamics, jml::Estimate<double, 2>{X::Zero(), Square::Identity()}};
   for (int i = 0; i < 1000; ++i) ASSERT_EQ(ekf.step(sensor, 0.0, 0.1).status, jml::Status::ok);
   const auto V = [&](const X& x) -> Square {
-    jml::AlgebraicFilter filter{jml::Sddre{}, dynamics, x, {.gain = jml::GainUpdate::every_sample}};
+    jml::Filter filter{jml::Algebraic{jml::Sddre{}, {.gain = jml::GainUpdate::every_sample}}, dynamics, x};
     const auto report = filter.step(sensor, sensor.measurement(x), 1e-12);
     EXPECT_EQ(report.status, jml::Status::ok);
-    return filter.V();
+    return filter.P();
   };
   const Square origin = V(X::Zero());
   EXPECT_LE((origin - ekf.P()).norm(), 1e-10 * origin.norm());
@@ -184,17 +183,17 @@ TEST(AlgebraicFilter, tendsToTheSteadyExtendedKalmanFilterAtTheOrigin) {
 template <typename Filter, typename Signal>
 void expect_refused(Filter& filter, const Signal& y, double dt, jml::Status status) {
   const auto x = filter.x();
-  const auto V = filter.V();
+  const auto V = filter.P();
   const double time = filter.time();
   EXPECT_EQ(filter.step(FoldedSignal{}, y, dt).status, status) << jml::describe(status);
   EXPECT_EQ(filter.x(), x);
-  EXPECT_EQ(filter.V(), V);
+  EXPECT_EQ(filter.P(), V);
   EXPECT_EQ(filter.time(), time);
 }
 
 TEST(AlgebraicFilter, refusesByNameAndStaysWhereItWas) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  jml::AlgebraicFilter filter{jml::Sddre{}, Cubic{}, Scalar1(0.5)};
+  jml::Filter filter{jml::Algebraic{jml::Sddre{}}, Cubic{}, Scalar1(0.5)};
   EXPECT_EQ(filter.step(FoldedSignal{}, 0.375, 0.01).status, jml::Status::ok);
   expect_refused(filter, nan, 0.01, jml::Status::invalid_measurement);
   expect_refused(filter, jml::Line{0.3, nan}, 0.01, jml::Status::invalid_measurement);
@@ -206,20 +205,20 @@ TEST(AlgebraicFilter, refusesByNameAndStaysWhereItWas) {
   EXPECT_EQ(filter.step(FoldedSignal{-1.0}, 0.3, 0.01).status, jml::Status::invalid_noise_covariance);
 
   // At x = 1 the measurement does not depend on the state through its SDC, and f is unstable: no gain helps.
-  jml::AlgebraicFilter blind{jml::Sddre{}, Cubic{.a = 0.5}, Scalar1(1.0)};
+  jml::Filter blind{jml::Algebraic{jml::Sddre{}}, Cubic{.a = 0.5}, Scalar1(1.0)};
   expect_refused(blind, 0.0, 0.01, jml::Status::no_stabilizing_solution);
 
-  jml::AlgebraicFilter lost{jml::Sddre{}, Cubic{}, Scalar1(nan)};
+  jml::Filter lost{jml::Algebraic{jml::Sddre{}}, Cubic{}, Scalar1(nan)};
   EXPECT_EQ(lost.status(), jml::Status::invalid_state);
   EXPECT_EQ(lost.step(FoldedSignal{}, 0.3, 0.01).status, jml::Status::invalid_state);
   EXPECT_EQ(lost.reset(Scalar1(0.1), 0), jml::Status::ok);
   EXPECT_EQ(lost.step(FoldedSignal{}, 0.1, 0.01).status, jml::Status::ok);
-  jml::AlgebraicFilter indefinite{jml::Sddre{}, Cubic{.q = -1}, Scalar1(0.1)};
+  jml::Filter indefinite{jml::Algebraic{jml::Sddre{}}, Cubic{.q = -1}, Scalar1(0.1)};
   EXPECT_EQ(indefinite.step(FoldedSignal{}, 0.1, 0.01).status, jml::Status::invalid_disturbance_covariance);
 }
 
 TEST(AlgebraicFilter, gatesSamples) {
-  jml::AlgebraicFilter filter{jml::Sddre{}, Cubic{.a = -0.5}, Scalar1(0.1)};
+  jml::Filter filter{jml::Algebraic{jml::Sddre{}}, Cubic{.a = -0.5}, Scalar1(0.1)};
   filter.gate = {0.999};
   auto report = filter.step(FoldedSamples{}, 0.1, 0.1);
   EXPECT_EQ(report.gate, jml::Verdict::accepted);
@@ -233,8 +232,7 @@ TEST(AlgebraicFilter, gatesSamples) {
 // One cold solution at the start, warm ones along a trajectory.
 TEST(AlgebraicFilter, startsEachSolutionFromTheLast) {
   const models::SaturatingSignal sensor{1e-3};
-  jml::AlgebraicFilter filter{jml::Rnls{}, models::Oscillator{.c = 0.1, .k = 1},
-                              jml::Vector<double, 2>(1, 0.5)};
+  jml::Filter filter{jml::Algebraic{jml::Rnls{}}, models::Oscillator{.c = 0.1, .k = 1}, jml::Vector<double, 2>(1, 0.5)};
   int cold = 0, solutions = 0;
   for (int i = 0; i < 500; ++i) {
     const auto report = filter.step(sensor, 0.6 * std::sin(0.005 * i + 0.8), 0.005);
@@ -244,7 +242,7 @@ TEST(AlgebraicFilter, startsEachSolutionFromTheLast) {
   }
   EXPECT_EQ(solutions, 2000);
   EXPECT_EQ(cold, 1);
-  EXPECT_GT(std::abs(filter.V()(0, 1) - filter.V()(1, 0)), 1e-5);  // and V is not symmetric
+  EXPECT_GT(std::abs(filter.P()(0, 1) - filter.P()(1, 0)), 1e-5);  // and V is not symmetric
 }
 
 }  // namespace

@@ -77,7 +77,7 @@ template <typename Case, typename Rule, typename Integrator, typename Samples>
 double error(const Rule& rule, const Integrator& integrator, const Samples& samples, int intervals_per_second,
              double last = 100) {
   const Case c{};
-  jml::ContinuousFilter filter{rule, c.dynamics, Case::start(), integrator};
+  jml::Filter filter{jml::Continuous{rule, integrator}, c.dynamics, Case::start()};
   double worst = 0;
   for (const auto& sample : samples) {
     if (sample.time > last) break;

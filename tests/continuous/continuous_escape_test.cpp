@@ -39,8 +39,7 @@ void copies(const Integrator& integrator, double dt) {
                                   << " substeps");
   using Square = jml::Matrix<double, n, n>;
   const jml::Vector<double, n> one = jml::Vector<double, n>::Ones();
-  jml::ContinuousFilter filter{jml::Rnls{}, models::EscapingCopies<n>{},
-                               jml::Estimate{one, 0.5 * Square::Identity()}, integrator};
+  jml::Filter filter{jml::Continuous{jml::Rnls{}, integrator}, models::EscapingCopies<n>{}, jml::Estimate{one, 0.5 * Square::Identity()}};
   EXPECT_EQ(run(filter, models::EscapingCopiesSensor<n>{}, one, dt, 3), Status::riccati_escape);
   EXPECT_LT(filter.time(), reference::escaping_copies_time);
   // The pole may be named up to 2.5 substeps ahead, or a sixteenth of the largest piece, 1/16 s.
@@ -69,7 +68,7 @@ template <typename Integrator>
 void pair(const Integrator& integrator, double dt) {
   SCOPED_TRACE(testing::Message() << "dt = " << dt << ", " << integrator.substeps << " substeps");
   const auto start = continuous_check::estimate_of(reference::escaping_pair_start);
-  jml::ContinuousFilter filter{jml::Rnls{}, models::EscapingPair{}, start, integrator};
+  jml::Filter filter{jml::Continuous{jml::Rnls{}, integrator}, models::EscapingPair{}, start};
   EXPECT_EQ(run(filter, models::EscapingPairSensor{}, 0.328125, dt, 3), Status::riccati_escape);
   EXPECT_LT(filter.time(), reference::escaping_pair_time);
   EXPECT_GT(filter.time(), reference::escaping_pair_time - std::max(3.0 * dt, 0.07) - 1e-9);
@@ -87,8 +86,8 @@ TEST(Escape, PairByEveryIntegrator) {
 // Until close to the pole the solutions are the references.
 TEST(Escape, RightUpToThePole) {
   const auto start = continuous_check::estimate_of(reference::escaping_pair_start);
-  jml::ContinuousFilter maki{jml::Rnls{}, models::EscapingPair{}, start, DavisonMaki{}};
-  jml::ContinuousFilter runge{jml::Rnls{}, models::EscapingPair{}, start, RungeKutta4{2000}};
+  jml::Filter maki{jml::Continuous{jml::Rnls{}, DavisonMaki{}}, models::EscapingPair{}, start};
+  jml::Filter runge{jml::Continuous{jml::Rnls{}, RungeKutta4{2000}}, models::EscapingPair{}, start};
   for (const auto& sample : reference::escaping_pair_rnls) {
     ASSERT_EQ(maki.step(models::EscapingPairSensor{}, 0.328125, sample.time - maki.time()).status,
               Status::ok);
@@ -99,8 +98,7 @@ TEST(Escape, RightUpToThePole) {
   }
   using Square = jml::Matrix<double, 2, 2>;
   const jml::Vector<double, 2> one(1, 1);
-  jml::ContinuousFilter copies{jml::Rnls{}, models::EscapingCopies<2>{},
-                               jml::Estimate{one, 0.5 * Square::Identity()}, DavisonMaki{}};
+  jml::Filter copies{jml::Continuous{jml::Rnls{}, DavisonMaki{}}, models::EscapingCopies<2>{}, jml::Estimate{one, 0.5 * Square::Identity()}};
   for (const double t : {0.2, 0.5, 0.6, 0.65, 0.66}) {
     ASSERT_EQ(copies.step(models::EscapingCopiesSensor<2>{}, one, t - copies.time()).status, Status::ok) << t;
     EXPECT_NEAR(copies.P()(1, 1) / reference::escaping_copies_variance(t), 1, 1e-12);
@@ -139,9 +137,7 @@ struct Position {
 // P = √(QR) coth θ, and x - y falls as 1/sinh θ.
 TEST(NoFalseAlarm, StiffTransientByDavisonMaki) {
   for (const double dt : {1e-5, 1e-3, 0.1, 1.0}) {
-    jml::ContinuousFilter filter{jml::Rnls{}, Walk{},
-                                 jml::Estimate{jml::Vector<double, 1>(5), jml::Matrix<double, 1, 1>(1e6)},
-                                 DavisonMaki{}};
+    jml::Filter filter{jml::Continuous{jml::Rnls{}, DavisonMaki{}}, Walk{}, jml::Estimate{jml::Vector<double, 1>(5), jml::Matrix<double, 1, 1>(1e6)}};
     const auto report = filter.step(Position{}, 2.0, dt);
     ASSERT_EQ(report.status, Status::ok) << jml::describe(report.status);
     const double start = std::atanh(1e-9), theta = 1e3 * dt + start;
@@ -155,12 +151,12 @@ TEST(NoFalseAlarm, StiffTransientByDavisonMaki) {
 TEST(NoFalseAlarm, StiffTransientByRungeKutta) {
   const jml::Estimate start{jml::Vector<double, 1>(5), jml::Matrix<double, 1, 1>(1e-2)};
   for (const double dt : {1e-3, 0.1}) {  // P/R = 1e4
-    jml::ContinuousFilter filter{jml::Rnls{}, Walk{}, start, RungeKutta4{}};
+    jml::Filter filter{jml::Continuous{jml::Rnls{}, RungeKutta4{}}, Walk{}, start};
     EXPECT_EQ(filter.step(Position{}, 2.0, dt).status, Status::step_too_long);
     EXPECT_EQ(filter.P(), start.P);
     EXPECT_EQ(filter.time(), 0);
   }
-  jml::ContinuousFilter filter{jml::Rnls{}, Walk{}, start, RungeKutta4{100}};
+  jml::Filter filter{jml::Continuous{jml::Rnls{}, RungeKutta4{100}}, Walk{}, start};
   EXPECT_EQ(filter.step(Position{}, 2.0, 1e-3).status, Status::ok);
   // P(t) = s tanh(s t/R + artanh(P0/s)) for P0 < s; here P0 > s: coth. s = √(QR) = 1e-3.
   EXPECT_NEAR(filter.P()(0, 0), 1e-3 / std::tanh(1 + std::atanh(0.1)), 1e-8);
@@ -173,7 +169,7 @@ TEST(NoFalseAlarm, ChapterExampleFromAPoorStart) {
   jml::Estimate<double, 2> start;
   start.x << 3, -1;
   start.P.setIdentity();
-  jml::ContinuousFilter filter{jml::Rnls{}, c.dynamics, start, DavisonMaki{}};
+  jml::Filter filter{jml::Continuous{jml::Rnls{}, DavisonMaki{}}, c.dynamics, start};
   for (int i = 0; i < 2000; ++i) {
     const auto y = c.y(filter.time());
     ASSERT_EQ(filter.step(c.sensor, y, 1e-2).status, Status::ok) << filter.time();

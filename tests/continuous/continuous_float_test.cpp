@@ -42,7 +42,7 @@ template <typename Integrator, typename Rule, typename Samples>
 double error(const Rule& rule, const Integrator& integrator, const Samples& samples) {
   const auto start = continuous_check::OscillatorCase::start();
   jml::Estimate<float, 2> single{start.x.cast<float>(), start.P.cast<float>()};
-  jml::ContinuousFilter filter{rule, Plant{}, single, integrator};
+  jml::Filter filter{jml::Continuous{rule, integrator}, Plant{}, single};
   static_assert(std::is_same_v<decltype(filter.x()(0)), const float&>);
   double worst = 0;
   int step = 0;

@@ -32,8 +32,7 @@ struct Outcome {
 /// 20 s from x(0) = (2, 0), P(0) = 0.001 I; noise, if any, is white in 100 rad/s: steps of π/100 s.
 template <typename Rule>
 Outcome run(const Rule& rule, const X& start, double dt, std::uint64_t seed = 0) {
-  jml::ContinuousFilter filter{rule, models::Oscillator{},
-                               jml::Estimate{start, 0.001 * jml::Matrix<double, 2, 2>::Identity()}};
+  jml::Filter filter{jml::Continuous{rule}, models::Oscillator{}, jml::Estimate{start, 0.001 * jml::Matrix<double, 2, 2>::Identity()}};
   jml::Noise noise(seed);
   constexpr double band = 3.141592653589793 / 100;
   X truth(2, 0);

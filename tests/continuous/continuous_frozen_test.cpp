@@ -16,7 +16,7 @@ using namespace continuous_frozen;
 
 template <int n, int p, typename Integrator>
 auto run(const Problem<n, p>& problem, double dt, const Integrator& integrator) {
-  jml::ContinuousFilter filter{jml::Rnls{}, problem.dynamics, problem.start, integrator};
+  jml::Filter filter{jml::Continuous{jml::Rnls{}, integrator}, problem.dynamics, problem.start};
   const jml::Line line{problem.y, jml::Vector<double, p>(problem.y + dt * problem.climb)};
   const Status status = problem.climb.norm() > 0 ? filter.step(problem.sensor, line, dt).status
                                                  : filter.step(problem.sensor, problem.y, dt).status;

@@ -18,7 +18,7 @@ void expect_jacobian(const D& d, const S& s, bool by_duals, double tolerance) {
   constexpr int n = D::states, p = S::measurements, size = n + n * n;
   jml::Noise noise(12);
   const Rule rule{};
-  const jml::detail::ProcessNoise<double, D> process_noise(d);
+  const jml::ProcessNoise<double, D> process_noise(d);
   const jml::Vector<double, p> y = models::random_matrix<p, 1>(noise);
   const auto signal = [&](double) { return y; };
   const jml::Vector<double, jml::DynamicsTraits<D>::controls> u =
@@ -93,7 +93,7 @@ TEST(FlowJacobian, EkfAlongSymmetricChanges) {
   const D d;
   const S s;
   const jml::Ekf<> rule;
-  const jml::detail::ProcessNoise<double, D> process_noise(d);
+  const jml::ProcessNoise<double, D> process_noise(d);
   const auto signal = [](double) { return jml::Vector<double, 2>(0.3, -0.2); };
   const jml::Vector<double, 1> u(0.3);
   using F = jml::Flow<jml::Ekf<>, D, S, double, decltype(signal)>;

@@ -73,9 +73,7 @@ TEST(ContinuousLinear, DoubleIntegratorSettles) {
   wanted << std::sqrt(2) * s, s * s, s * s, std::sqrt(2) * s * s * s;
   wanted *= r;
   every_rule(1000, [&](const auto& rule, const auto& integrator) {
-    jml::ContinuousFilter filter{
-        rule, plant, jml::Estimate{jml::Vector<double, 2>(1, 2), jml::Matrix<double, 2, 2>::Identity()},
-        integrator};
+    jml::Filter filter{jml::Continuous{rule, integrator}, plant, jml::Estimate{jml::Vector<double, 2>(1, 2), jml::Matrix<double, 2, 2>::Identity()}};
     for (int i = 0; i < 20; ++i) ASSERT_EQ(filter.step(signal, 0.5, 0.5).status, Status::ok);
     EXPECT_LT((filter.P() - wanted).norm(), 1e-10 * wanted.norm());
     EXPECT_LT((filter.x() - jml::Vector<double, 2>(0.5, 0)).norm(), 1e-10);
@@ -97,9 +95,7 @@ TEST(ContinuousLinear, ThreeStatesSettle) {
       0.0181762744079882024, 0.0377238010531793294, 0.110957864170531403;
   const jml::Vector<double, 2> y(0.3, -0.2);
   every_rule(500, [&](const auto& rule, const auto& integrator) {
-    jml::ContinuousFilter filter{
-        rule, plant, jml::Estimate{jml::Vector<double, 3>(1, 2, 3), jml::Matrix<double, 3, 3>::Identity()},
-        integrator};
+    jml::Filter filter{jml::Continuous{rule, integrator}, plant, jml::Estimate{jml::Vector<double, 3>(1, 2, 3), jml::Matrix<double, 3, 3>::Identity()}};
     for (int i = 0; i < 40; ++i) ASSERT_EQ(filter.step(signal, y, 0.5).status, Status::ok);
     EXPECT_LT((filter.P() - wanted).norm(), 1e-10 * wanted.norm());
   });
@@ -116,7 +112,7 @@ TEST(ContinuousLinear, TransientIsKalmanAndBucys) {
     const Signal<3, 2> signal{problem.sensor.E, problem.sensor.R};
     const auto wanted = continuous_frozen::solve(problem, 1.5);
     every_rule(5000, [&](const auto& rule, const auto& integrator) {
-      jml::ContinuousFilter filter{rule, plant, problem.start, integrator};
+      jml::Filter filter{jml::Continuous{rule, integrator}, plant, problem.start};
       ASSERT_EQ(filter.step(signal, problem.y, 1.5).status, Status::ok);
       EXPECT_LT(continuous_frozen::distance(filter.estimate(), wanted), 1e-11);
     });

@@ -33,7 +33,7 @@ void expect_none(const Rule& rule, const D& d, const S& s, const jml::Estimate<d
   int good = 0, found = 0;
   {
     Armed trap;
-    jml::ContinuousFilter filter{rule, d, start, integrator};
+    jml::Filter filter{jml::Continuous{rule, integrator}, d, start};
     for (int i = 0; i < 5; ++i) {
       good += filter.step(s, y, dt, u).status == jml::Status::ok;
       good += filter.step(s, jml::Line{y, y}, dt, u).status == jml::Status::ok;
@@ -74,11 +74,8 @@ TEST(ContinuousNoHeap, Escape) {
   int found = 0;
   {
     Armed trap;
-    jml::ContinuousFilter maki{jml::Rnls{}, models::EscapingCopies<2>{},
-                               jml::Estimate{one, 0.5 * jml::Matrix<double, 2, 2>::Identity()},
-                               jml::DavisonMaki{}};
-    jml::ContinuousFilter runge{jml::Rnls{}, models::EscapingCopies<2>{},
-                                jml::Estimate{one, 0.5 * jml::Matrix<double, 2, 2>::Identity()}};
+    jml::Filter maki{jml::Continuous{jml::Rnls{}, jml::DavisonMaki{}}, models::EscapingCopies<2>{}, jml::Estimate{one, 0.5 * jml::Matrix<double, 2, 2>::Identity()}};
+    jml::Filter runge{jml::Continuous{jml::Rnls{}}, models::EscapingCopies<2>{}, jml::Estimate{one, 0.5 * jml::Matrix<double, 2, 2>::Identity()}};
     found += maki.step(models::EscapingCopiesSensor<2>{}, one, 1.0).status == jml::Status::riccati_escape;
     found += runge.step(models::EscapingCopiesSensor<2>{}, one, 1.0).status == jml::Status::riccati_escape;
   }

@@ -23,8 +23,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 template <typename Integrator, typename Rule = jml::Rnls<>>
 struct Watched {
   explicit Watched(const Integrator& integrator, const Plant& plant = {})
-      : filter{Rule{}, plant, start(), integrator, 3.0} {}
-  jml::ContinuousFilter<Rule, Plant, Integrator> filter;
+      : filter{jml::Continuous{Rule{}, integrator}, plant, start(), 3.0} {}
+  jml::Filter<jml::Continuous<Rule, Integrator>, Plant> filter;
 
   /// `late`: it begins in the middle of the interval, where only what became of it is seen; refused it must
   /// be.
@@ -108,7 +108,7 @@ TYPED_TEST(Refusals, ModelsUnderEkf) { models<jml::Ekf<>>(TypeParam{4}); }
 
 TYPED_TEST(Refusals, Starts) {
   const auto expect = [](const jml::Estimate<double, 2>& e, double time, Status wanted) {
-    jml::ContinuousFilter filter{jml::Rnls{}, Plant{}, e, TypeParam{}, time};
+    jml::Filter filter{jml::Continuous{jml::Rnls{}, TypeParam{}}, Plant{}, e, time};
     EXPECT_EQ(filter.status(), wanted);
     EXPECT_EQ(filter.step(Sensor{}, y, 0.1, u).status, wanted);
     EXPECT_EQ(filter.predict(0.1, u), wanted);
@@ -135,9 +135,9 @@ TYPED_TEST(Refusals, Starts) {
 TYPED_TEST(Refusals, AsymmetryOfASymmetricRule) {
   auto e = start();
   e.P(0, 1) += 0.01;
-  EXPECT_EQ((jml::ContinuousFilter{jml::Ekf{}, Plant{}, e, TypeParam{}}.status()),
+  EXPECT_EQ((jml::Filter{jml::Continuous{jml::Ekf{}, TypeParam{}}, Plant{}, e}.status()),
             Status::invalid_covariance);
-  EXPECT_EQ((jml::ContinuousFilter{jml::Rnls{}, Plant{}, e, TypeParam{}}.status()), Status::ok);
+  EXPECT_EQ((jml::Filter{jml::Continuous{jml::Rnls{}, TypeParam{}}, Plant{}, e}.status()), Status::ok);
 }
 
 // A step of zero is none; one of a few units in the last place of the time is one.
@@ -186,12 +186,12 @@ struct ConstantSensor {
 TYPED_TEST(Refusals, Constants) {
   const jml::Estimate one{jml::Vector<double, 1>(1), jml::Matrix<double, 1, 1>(1)};
   for (const double bad : {-1.0, nan, infinity}) {
-    jml::ContinuousFilter filter{jml::Ekf{}, ConstantPlant{bad}, one, TypeParam{}};
+    jml::Filter filter{jml::Continuous{jml::Ekf{}, TypeParam{}}, ConstantPlant{bad}, one};
     EXPECT_EQ(filter.status(), Status::invalid_disturbance_covariance);
     EXPECT_EQ(filter.step(ConstantSensor{}, 1.0, 0.1).status, Status::invalid_disturbance_covariance);
   }
   for (const double bad : {0.0, -1.0, nan, infinity}) {
-    jml::ContinuousFilter filter{jml::Ekf{}, ConstantPlant{}, one, TypeParam{}};
+    jml::Filter filter{jml::Continuous{jml::Ekf{}, TypeParam{}}, ConstantPlant{}, one};
     EXPECT_EQ(filter.step(ConstantSensor{bad}, 1.0, 0.1).status, Status::invalid_noise_covariance);
     EXPECT_EQ(filter.P(), one.P);
     EXPECT_EQ(filter.step(ConstantSensor{}, 1.0, 0.1).status, Status::ok);  // and nothing is left of it

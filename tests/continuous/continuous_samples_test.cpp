@@ -49,7 +49,7 @@ void expect_kalman(const Rule& rule, const Integrator& integrator) {
   X x(1, -0.5);
   Square P;
   P << 0.5, 0.1, 0.1, 0.8;
-  jml::ContinuousFilter filter{rule, DoubleIntegrator{}, jml::Estimate{x, P}, integrator};
+  jml::Filter filter{jml::Continuous{rule, integrator}, DoubleIntegrator{}, jml::Estimate{x, P}};
   const double lengths[] = {0.1, 0.4, 0.02, 1.0};
   for (int k = 0; k < 40; ++k) {
     const double h = lengths[k % 4], y = std::sin(0.3 * k);
@@ -79,7 +79,7 @@ TEST(Samples, LinearCaseIsTheKalmanFilter) {
 
 TEST(Samples, StepIsPredictThenUpdate) {
   const jml::Estimate start{X(1.5, 0.5), Square(0.3 * Square::Identity())};
-  jml::ContinuousFilter one{jml::Rnls{}, models::Oscillator{}, start, DavisonMaki{4}}, two = one;
+  jml::Filter one{jml::Continuous{jml::Rnls{}, DavisonMaki{4}}, models::Oscillator{}, start}, two = one;
   for (int k = 0; k < 10; ++k) {
     const double y = 0.6 - 0.05 * k;
     const auto report = one.step(models::SaturatingPosition{}, y, 0.05);
@@ -98,7 +98,7 @@ TEST(Samples, StepIsPredictThenUpdate) {
 
 TEST(Samples, ARefusedSampleUndoesThePrediction) {
   const jml::Estimate start{X(1.5, 0.5), Square(0.3 * Square::Identity())};
-  jml::ContinuousFilter filter{jml::Rnls{}, models::Oscillator{}, start, DavisonMaki{}};
+  jml::Filter filter{jml::Continuous{jml::Rnls{}, DavisonMaki{}}, models::Oscillator{}, start};
   EXPECT_EQ(filter.step(models::SaturatingPosition{}, std::nan(""), 0.05).status,
             Status::invalid_measurement);
   models::SaturatingPosition bad;
@@ -111,7 +111,7 @@ TEST(Samples, ARefusedSampleUndoesThePrediction) {
 
 TEST(Samples, GateRejectsAndTimeGoesOn) {
   const jml::Estimate start{X(1, -0.5), Square(0.3 * Square::Identity())};
-  jml::ContinuousFilter filter{jml::Kalman{}, DoubleIntegrator{}, start, DavisonMaki{}}, free = filter;
+  jml::Filter filter{jml::Continuous{jml::Kalman{}, DavisonMaki{}}, DoubleIntegrator{}, start}, free = filter;
   filter.gate = {0.999};
   const auto far = filter.step(PositionSample{}, 50.0, 0.1);
   EXPECT_EQ(far.status, Status::ok);
@@ -152,9 +152,7 @@ struct Angle {
 TEST(Signals, LineAcrossPiTakesTheShortWay) {
   const double pi = 3.141592653589793, a = pi - 0.05, b = 2.0, dt = 0.05;
   const auto expect = [&](const auto& integrator, double tolerance) {
-    jml::ContinuousFilter filter{jml::Ekf{}, Resting{},
-                                 jml::Estimate{jml::Vector<double, 1>(a), jml::Matrix<double, 1, 1>(0.2)},
-                                 integrator};
+    jml::Filter filter{jml::Continuous{jml::Ekf{}, integrator}, Resting{}, jml::Estimate{jml::Vector<double, 1>(a), jml::Matrix<double, 1, 1>(0.2)}};
     const auto report = filter.step(Angle{}, jml::Line{a, a + b * dt - 2 * pi}, dt);
     ASSERT_EQ(report.status, Status::ok);
     EXPECT_NEAR(filter.x()(0), a + b * dt - b * (1 - std::exp(-20 * dt)) / 20, tolerance);
@@ -167,7 +165,7 @@ TEST(Signals, LineAcrossPiTakesTheShortWay) {
 // A line is the function of time that it draws, and the report is that of the start.
 TEST(Signals, LineIsAFunction) {
   const jml::Estimate start{X(1, 0.5), Square(0.001 * Square::Identity())};
-  jml::ContinuousFilter line{jml::Rnls{}, models::Oscillator{}, start, RungeKutta4{10}, 2.0}, function = line;
+  jml::Filter line{jml::Continuous{jml::Rnls{}, RungeKutta4{10}}, models::Oscillator{}, start, 2.0}, function = line;
   const auto report = line.step(models::SaturatingSignal{}, jml::Line{0.6, 0.62}, 0.01);
   ASSERT_EQ(report.status, Status::ok);
   ASSERT_EQ(function

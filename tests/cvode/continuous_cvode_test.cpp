@@ -55,7 +55,7 @@ void expect_escape(const D& d, const S& s, const jml::Estimate<double, n>& start
                    const Cvode& cvode, double dt, double pole) {
   SCOPED_TRACE(testing::Message() << "dt = " << dt
                                   << (cvode.method == CvodeMethod::bdf ? ", BDF" : ", Adams"));
-  jml::ContinuousFilter filter{jml::Rnls{}, d, start, cvode};
+  jml::Filter filter{jml::Continuous{jml::Rnls{}, cvode}, d, start};
   Status status = Status::ok;
   while (status == Status::ok && filter.time() < 3) {
     const auto before = filter.estimate();
@@ -103,7 +103,7 @@ TEST(CvodeEscape, HarmlessOnesRaiseNoAlarm) {
     if (wanted.escaped || wanted.largest > 30) continue;
     ++harmless;
     cvode.method = k % 2 == 0 ? CvodeMethod::adams : CvodeMethod::bdf;
-    jml::ContinuousFilter filter{jml::Rnls{}, problem.dynamics, problem.start, cvode};
+    jml::Filter filter{jml::Continuous{jml::Rnls{}, cvode}, problem.dynamics, problem.start};
     const Status status = filter.step(problem.sensor, problem.y, 0.5).status;
     EXPECT_EQ(status, Status::ok) << k << ": " << jml::describe(status);
     EXPECT_LT(continuous_frozen::distance(filter.estimate(), wanted), 1e-3) << k;
@@ -122,9 +122,7 @@ TEST(CvodeEscape, StiffTransient) {
   cvode.method = CvodeMethod::bdf;
   cvode.absolute_tolerance = 1e-10;
   for (const double dt : {1e-3, 0.1, 1.0}) {
-    jml::ContinuousFilter filter{jml::Rnls{}, problem.dynamics,
-                                 jml::Estimate{jml::Vector<double, 1>(5), jml::Matrix<double, 1, 1>(1e6)},
-                                 cvode};
+    jml::Filter filter{jml::Continuous{jml::Rnls{}, cvode}, problem.dynamics, jml::Estimate{jml::Vector<double, 1>(5), jml::Matrix<double, 1, 1>(1e6)}};
     const Status status = filter.step(problem.sensor, 2.0, dt).status;
     EXPECT_EQ(status, Status::ok) << jml::describe(status);
     EXPECT_NEAR(filter.P()(0, 0), 1e-3 / std::tanh(1e3 * dt), 1e-6);

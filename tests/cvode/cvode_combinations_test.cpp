@@ -5,6 +5,8 @@
 
 #include <jml/continuous/cvode.hpp>
 
+#include "models/combinations.hpp"
+
 namespace {
 
 using namespace jml::operators;
@@ -79,14 +81,14 @@ void expect_as_runge_kutta(const Rule& rule, const D& d, const S& s) {
   jml::Matrix<double, 2, 2> P0;
   P0 << 0.2, 0.05, 0.05, 0.1;
   const auto measured = [](double t) { return jml::Vector<double, 1>(0.6 * std::sin(t + 1)); };
-  jml::ContinuousFilter exact{rule, d, jml::Estimate{x0, P0}, jml::RungeKutta4{1000}};
+  jml::Filter exact{jml::Continuous{rule, jml::RungeKutta4{1000}}, d, jml::Estimate{x0, P0}};
   ASSERT_EQ(exact.step(s, measured, 1.0).status, Status::ok);
   for (const jml::CvodeMethod method : {jml::CvodeMethod::adams, jml::CvodeMethod::bdf}) {
     jml::Cvode cvode;
     cvode.method = method;
     cvode.relative_tolerance = 1e-9;
     cvode.absolute_tolerance = 1e-11;
-    jml::ContinuousFilter filter{rule, d, jml::Estimate{x0, P0}, cvode};
+    jml::Filter filter{jml::Continuous{rule, cvode}, d, jml::Estimate{x0, P0}};
     const auto report = filter.step(s, measured, 1.0);
     ASSERT_EQ(report.status, Status::ok) << jml::describe(report.status);
     EXPECT_LT((filter.x() - exact.x()).norm(), 1e-7);
@@ -116,6 +118,18 @@ TEST(CvodeCombinations, SdcAboutInDouble) {
   expect_as_runge_kutta(jml::Rnls{jml::AboutPoint{jml::Vector<double, 2>(0.5, -0.5)}}, OscillatorAbout{},
                         SaturatingSignal{});
 }
+
+// Every rule, with the model's own matrices and with derived ones.
+template <bool own>
+void every_rule() {
+  const models::CombinedOscillator<double, own> d;
+  const models::CombinedSensor<double, own, true> s;
+  expect_as_runge_kutta(jml::Ekf{}, d, s);
+  expect_as_runge_kutta(jml::Sddre{}, d, s);
+  expect_as_runge_kutta(jml::Rnls{}, d, s);
+}
+TEST(CvodeCombinations, EveryRuleWithOwnMatrices) { every_rule<true>(); }
+TEST(CvodeCombinations, EveryRuleWithDerivedMatrices) { every_rule<false>(); }
 
 // F(x; r) of f = x², r = 1, is x + r: its derivative is 1 everywhere, also at x = r, where f_x alone would give 2.
 TEST(DerivedSdc, DerivativeAtTheReference) {

@@ -19,7 +19,7 @@ int count(CvodeMethod method, int warm) {
   jml::Cvode cvode;
   cvode.method = method;
   const jml::Estimate<double, 2> start{{1, 0.5}, 0.001 * jml::Matrix<double, 2, 2>::Identity()};
-  jml::ContinuousFilter filter{jml::Rnls{}, models::Oscillator{}, start, cvode};
+  jml::Filter filter{jml::Continuous{jml::Rnls{}, cvode}, models::Oscillator{}, start};
   const models::SaturatingSignal s;
   int good = 0;
   for (int i = 0; i < 40; ++i) {

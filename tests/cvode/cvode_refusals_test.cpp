@@ -34,7 +34,7 @@ class CvodeRefusals : public testing::TestWithParam<CvodeMethod> {
   template <typename Step>
   static void expect(const Cvode& cvode, const Plant& plant, const Step& step, Status wanted,
                      bool late = false) {
-    jml::ContinuousFilter filter{jml::Rnls{}, plant, start(), cvode, 3.0};
+    jml::Filter filter{jml::Continuous{jml::Rnls{}, cvode}, plant, start(), 3.0};
     const Status got = step(filter);
     EXPECT_TRUE(got == wanted || (late && got != Status::ok))
         << jml::describe(got) << "; wanted: " << jml::describe(wanted);
@@ -106,7 +106,7 @@ TEST_P(CvodeRefusals, Options) {
 }
 
 TEST_P(CvodeRefusals, GoesOnAfterwards) {
-  jml::ContinuousFilter filter{jml::Rnls{}, Plant{}, start(), options()}, other = filter;
+  jml::Filter filter{jml::Continuous{jml::Rnls{}, options()}, Plant{}, start()}, other = filter;
   EXPECT_EQ(filter.step(Sensor{}, y, 0.1, u).status, Status::ok);
   EXPECT_NE(filter.step(Sensor{Fault::m, 0.15}, y, 0.1, u).status, Status::ok);
   EXPECT_EQ(filter.step(Sensor{}, y, 0.1, u).status, Status::ok);
@@ -116,7 +116,7 @@ TEST_P(CvodeRefusals, GoesOnAfterwards) {
 }
 
 TEST_P(CvodeRefusals, ZeroAndTinyStepsAreFine) {
-  jml::ContinuousFilter filter{jml::Rnls{}, Plant{}, start(), options(), 3.0};
+  jml::Filter filter{jml::Continuous{jml::Rnls{}, options()}, Plant{}, start(), 3.0};
   EXPECT_EQ(filter.step(Sensor{}, y, 0.0, u).status, Status::ok);
   EXPECT_EQ(filter.P(), start().P);
   for (const double dt : {1e-320, 1e-17, 1e-15, 1e-12}) {
@@ -153,7 +153,7 @@ TEST(CvodeStatus, OfEveryCode) {
 
 using Case = continuous_check::OscillatorCase;
 auto oscillator(const Cvode& cvode = {}) {
-  return jml::ContinuousFilter{jml::Rnls{}, models::Oscillator{}, Case::start(), cvode};
+  return jml::Filter{jml::Continuous{jml::Rnls{}, cvode}, models::Oscillator{}, Case::start()};
 }
 template <typename Filter>
 long warm_up(Filter& filter,
@@ -210,7 +210,7 @@ TEST(CvodeRestarts, HeldValuesThatDoNotChangeGoOn) {
 TEST(CvodeRestarts, ControlJumps) {
   Cvode cvode;
   cvode.relative_tolerance = 1e-9;
-  jml::ContinuousFilter going{jml::Rnls{}, Plant{}, start(), cvode};
+  jml::Filter going{jml::Continuous{jml::Rnls{}, cvode}, Plant{}, start()};
   for (int i = 0; i < 20; ++i) ASSERT_EQ(going.step(Sensor{}, y, 0.05, u).status, Status::ok);
   const long kept = going.step(Sensor{}, y, 0.05, u).evaluations;
   const long jumped = going.step(Sensor{}, y, 0.05, -u).evaluations;
@@ -228,7 +228,7 @@ TEST(CvodeRestarts, AgreesWithFreshFilters) {
   for (int i = 0; i < 200; ++i) {
     const double next = Case::y(0.01 * (i + 1))(0);
     ASSERT_EQ(going.step(models::SaturatingSignal{}, jml::Line{last, next}, 0.01).status, Status::ok);
-    jml::ContinuousFilter once{jml::Rnls{}, models::Oscillator{}, fresh, cvode, 0.01 * i};
+    jml::Filter once{jml::Continuous{jml::Rnls{}, cvode}, models::Oscillator{}, fresh, 0.01 * i};
     ASSERT_EQ(once.step(models::SaturatingSignal{}, jml::Line{last, next}, 0.01).status, Status::ok);
     fresh = once.estimate();
     last = next;

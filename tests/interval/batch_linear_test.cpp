@@ -154,7 +154,7 @@ void expect_the_smoother(const D& dynamics, const jml::Estimate<double, 4>& prio
   EXPECT_EQ(visited, steps + 1);
   for (const int k : {0, 7, steps}) {
     visited = k;
-    check(k, batch.covariance(k));
+    check(k, batch.P(k));
   }
   for (int k = 0; k <= steps; ++k) {
     const Vector<double, n> x = dense.x(k);

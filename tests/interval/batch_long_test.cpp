@@ -92,7 +92,7 @@ TEST(BatchLong, InvertedPendulum) {
   EXPECT_LE(largest, 1e-8 * scale);
   EXPECT_NEAR(report.cost, cost, 1e-9 * cost);
   // A sane answer, too: within five standard deviations of the truth at the end.
-  const Matrix<double, 2, 2> P = batch.covariance(steps);
+  const Matrix<double, 2, 2> P = batch.P(steps);
   for (int i = 0; i < 2; ++i) EXPECT_NEAR(batch.x(steps)(i), truth(i), 5 * std::sqrt(P(i, i)));
 }
 
@@ -147,7 +147,7 @@ TEST(BatchLong, UnstableLinearSystem) {
   EXPECT_NEAR(report.cost, cost, 1e-12 * cost);
 
   // Far from both ends P has forgotten them.
-  const Matrix<double, 2, 2> early = batch.covariance(700), late = batch.covariance(1300);
+  const Matrix<double, 2, 2> early = batch.P(700), late = batch.P(1300);
   EXPECT_GT(early(0, 0), 0);
   EXPECT_LE((early - late).norm(), 1e-13 * early.norm());
 }

@@ -242,7 +242,7 @@ TEST(BatchLoss, AnOutlierLeavesNoInformation) {
   ASSERT_EQ(robust.solve().status, jml::Status::ok);
   ASSERT_EQ(without.solve().status, jml::Status::ok);
   for (int k = 0; k <= steps; ++k) {
-    const Matrix<double, 4, 4> P = robust.covariance(k), expected = without.covariance(k);
+    const Matrix<double, 4, 4> P = robust.P(k), expected = without.P(k);
     EXPECT_LE((P - expected).norm(), 1e-12 * expected.norm()) << k;
   }
 }

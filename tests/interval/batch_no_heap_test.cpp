@@ -58,7 +58,7 @@ void expect_no_allocation(const D& d, const S& s, const jml::Estimate<double, n>
       finite = finite && jml::all_finite(P);
       ++visited;
     });
-    finite = finite && jml::all_finite(batch.covariance(steps)) && jml::all_finite(batch.x(3)) &&
+    finite = finite && jml::all_finite(batch.P(steps)) && jml::all_finite(batch.x(3)) &&
              jml::all_finite(batch.w(3)) && std::isfinite(batch.time(3));
   }
   EXPECT_EQ(allocations, 0);

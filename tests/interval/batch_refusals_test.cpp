@@ -408,7 +408,7 @@ TEST(BatchEdges, NoMeasurement) {
     for (std::size_t k = 0; k < states.size(); ++k) {
       const int node = static_cast<int>(k);
       EXPECT_LE((batch.x(node) - states[k]).norm(), 1e-15) << k;
-      EXPECT_LE((batch.covariance(node) - covariances[k]).norm(), 1e-14) << k;
+      EXPECT_LE((batch.P(node) - covariances[k]).norm(), 1e-14) << k;
       if (node < batch.steps()) {
         EXPECT_EQ(batch.w(node)(0), 0) << k;
       }
@@ -421,7 +421,7 @@ TEST(BatchEdges, NoStep) {
   EXPECT_EQ(batch.solve().status, Status::ok);
   EXPECT_EQ(batch.steps(), 0);
   EXPECT_EQ(batch.x(0)(0), 1);
-  EXPECT_NEAR(batch.covariance(0)(0, 0), 0.5, 1e-15);
+  EXPECT_NEAR(batch.P(0)(0, 0), 0.5, 1e-15);
   EXPECT_EQ(batch.time(0), 7.5);
   // Two measurements of x_0: weights 1/0.5, 1/0.25, 1/0.25.
   EXPECT_EQ(batch.update(Direct{}, 2.0), Status::ok);
@@ -429,7 +429,7 @@ TEST(BatchEdges, NoStep) {
   const auto report = batch.solve();
   EXPECT_EQ(report.status, Status::ok);
   EXPECT_NEAR(batch.x(0)(0), 2.6, 1e-14);
-  EXPECT_NEAR(batch.covariance(0)(0, 0), 0.1, 1e-15);
+  EXPECT_NEAR(batch.P(0)(0, 0), 0.1, 1e-15);
   EXPECT_NEAR(report.cost, (1.6 * 1.6 / 0.5 + 0.6 * 0.6 / 0.25 + 1.4 * 1.4 / 0.25) / 2, 1e-14);
 }
 
@@ -459,7 +459,7 @@ TEST(BatchEdges, MoreMeasurementsAfterASolve) {
       fly(*batch, {}, 0, 25);
       if (batch == &looked) {
         EXPECT_EQ(batch->solve().status, Status::ok);
-        EXPECT_TRUE(jml::all_finite(batch->covariance(25)));
+        EXPECT_TRUE(jml::all_finite(batch->P(25)));
       }
       ASSERT_EQ(batch->update(Both{}, {0.9, 0.2}), Status::ok);
       fly(*batch, {}, 25, 45);

@@ -104,7 +104,7 @@ TEST(ExcessCost, OfAFilterIsPositive) {
   EXPECT_NEAR(own.value, 0, 1e-10);
   EXPECT_EQ(excess.status, jml::Status::ok);
   const State off = ekf.x() - answer;
-  const double quadratic = 0.5 * off.dot(batch.covariance(60).inverse() * off);
+  const double quadratic = 0.5 * off.dot(batch.P(60).inverse() * off);
   EXPECT_GT(excess.value, 0.5 * quadratic);
   EXPECT_LT(excess.value, 2 * quadratic);
   EXPECT_EQ(batch.x(60), answer);

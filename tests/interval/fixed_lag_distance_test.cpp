@@ -87,8 +87,8 @@ struct Campaign {
   template <int L>
   [[nodiscard]] double lag(const jml::LagOptions& options = {}) const {
     const double out = over_flights([&](const auto& f) {
-      jml::FixedLag filter{jml::lag<L>, f.dynamics, jml::sensors<S>, f.start};
-      filter.options = options;
+      jml::Filter filter{jml::FixedLag<L>{}, f.dynamics, jml::sensors<S>, f.start};
+      filter.method().options = options;
       return f.distance(filter);
     });
     std::printf("  L = %3d, %3d sweeps: %.2e, 1/%.4g of the EKF's\n", L, options.sweeps, out, ekf / out);
@@ -167,9 +167,9 @@ void one_step_has_the_root(const char* name, std::uint64_t seed, int several_roo
   for (int k = 0; k < 1000; ++k) {
     Task task;
     random_steps::draw(task, noise, k % 2 == 1, true);
-    jml::FixedLag filter{jml::lag<1>, task.dynamics, jml::sensors<decltype(task.sensor)>, task.prior};
+    jml::Filter filter{jml::FixedLag<1>{}, task.dynamics, jml::sensors<decltype(task.sensor)>, task.prior};
     auto hasty = filter;
-    filter.options = converged;
+    filter.method().options = converged;
     const auto report = filter.step(task.sensor, task.y);
     // Newton's method: some 4 sweeps, and never anything near 100.
     ASSERT_TRUE(report.status == jml::Status::ok || report.status == jml::Status::accepted_at_rounding)
@@ -203,9 +203,9 @@ void whole_interval_is_the_batch(const D& dynamics, const S& sensor, const jml::
                                  int steps, std::uint64_t seed) {
   const Flight<D, S> flight(dynamics, sensor, start, steps, seed);
   for (const jml::Loss loss : {jml::Loss{}, jml::Loss::huber(1.5)}) {
-    jml::FixedLag filter{jml::lag<L>, dynamics, jml::sensors<S>, start};
-    filter.options = converged;
-    filter.options.loss = loss;
+    jml::Filter filter{jml::FixedLag<L>{}, dynamics, jml::sensors<S>, start};
+    filter.method().options = converged;
+    filter.method().options.loss = loss;
     jml::Batch batch{dynamics, jml::sensors<S>, start, {steps}};
     batch.options.loss = loss;
     for (std::size_t k = 0; k < flight.y.size(); ++k) {
@@ -219,7 +219,7 @@ void whole_interval_is_the_batch(const D& dynamics, const S& sensor, const jml::
     batch.covariances([&](int k, const auto& P) {
       const int age = steps - k;
       EXPECT_LT((filter.x(age) - batch.x(k)).norm(), 1e-8) << k;
-      EXPECT_LT((filter.covariance(age) - P).norm(), 1e-8) << k;
+      EXPECT_LT((filter.P(age) - P).norm(), 1e-8) << k;
     });
   }
 }

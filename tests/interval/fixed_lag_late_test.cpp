@@ -24,7 +24,7 @@ template <typename Filter>
 std::vector<double> snapshot(const Filter& filter) {
   std::vector<double> out{static_cast<double>(filter.depth())};
   for (int age = 0; age <= filter.depth(); ++age) {
-    const auto P = filter.covariance(age);
+    const auto P = filter.P(age);
     out.insert(out.end(), filter.x(age).data(), filter.x(age).data() + filter.x(age).size());
     out.insert(out.end(), P.data(), P.data() + P.size());
     out.push_back(filter.time(age));
@@ -42,7 +42,7 @@ double distance(const Filter& a, const Filter& b) {
   double worst = 0;
   for (int age = 0; age <= a.depth(); ++age) {
     worst = std::max(worst, (a.x(age) - b.x(age)).cwiseAbs().maxCoeff());
-    worst = std::max(worst, (a.covariance(age) - b.covariance(age)).cwiseAbs().maxCoeff());
+    worst = std::max(worst, (a.P(age) - b.P(age)).cwiseAbs().maxCoeff());
   }
   return worst;
 }
@@ -67,7 +67,7 @@ struct Plant {
 
   template <int L>
   auto window() const {
-    return jml::FixedLag{jml::lag<L>, dynamics, jml::sensors<First, Second>, start};
+    return jml::Filter{jml::FixedLag<L>{}, dynamics, jml::sensors<First, Second>, start};
   }
 };
 
@@ -104,8 +104,8 @@ void play_late(const Plant& plant, const std::vector<Sample>& samples, int steps
       const int age = now - sample.taken;
       arrived_late += age > 0;
       at_the_oldest_of_a_full_window += age == L;
-      ASSERT_TRUE(usable(sample.second ? late.late(plant.second, sample.y, age).status
-                                       : late.late(plant.first, sample.y(0), age).status));
+      ASSERT_TRUE(usable(sample.second ? late.update(plant.second, sample.y, jml::age(age)).status
+                                       : late.update(plant.first, sample.y(0), jml::age(age)).status));
     }
     jml::Filter kalman{jml::Kalman{}, plant.dynamics, plant.start};
     auto in_time = plant.window<L>();
@@ -118,7 +118,7 @@ void play_late(const Plant& plant, const std::vector<Sample>& samples, int steps
       measure(in_time, plant, samples, node, now);
     }
     worst_x = std::max(worst_x, (late.x() - kalman.x()).cwiseAbs().maxCoeff());
-    worst_P = std::max(worst_P, (late.covariance() - kalman.P()).cwiseAbs().maxCoeff());
+    worst_P = std::max(worst_P, (late.P() - kalman.P()).cwiseAbs().maxCoeff());
     worst_age = std::max(worst_age, distance(late, in_time));
   }
   EXPECT_LT(worst_x, 1e-12);  // x and P are of the size of 1
@@ -187,10 +187,10 @@ TEST(FixedLagLate, SameMinimumOnANonlinearSystem) {
   const models::SaturatingPosition first{.r = 2e-3};
   const models::AngleSensor second{.r = 5e-2};
   const jml::Estimate<double, 2> start{{1.5, 0.5}, 0.3 * jml::Matrix<double, 2, 2>::Identity()};
-  jml::FixedLag in_time{jml::lag<L>, dynamics, jml::sensors<models::SaturatingPosition, models::AngleSensor>,
+  jml::Filter in_time{jml::FixedLag<L>{}, dynamics, jml::sensors<models::SaturatingPosition, models::AngleSensor>,
                         start};
-  in_time.options.sweeps = 100;
-  in_time.options.tolerance = 0;
+  in_time.method().options.sweeps = 100;
+  in_time.method().options.tolerance = 0;
   jml::Noise noise(24);
   jml::Vector<double, 2> truth{1, 1};
   std::vector<double> y, z;
@@ -219,8 +219,8 @@ TEST(FixedLagLate, SameMinimumOnANonlinearSystem) {
     }
     ASSERT_EQ(late.depth(), L);
     EXPECT_GT(distance(prompt, late), 1e-4);  // it matters
-    ASSERT_TRUE(usable(late.late(second, at(z, missing), L - missing).status));
-    ASSERT_TRUE(usable(late.late(first, at(y, missing), L - missing).status));
+    ASSERT_TRUE(usable(late.update(second, at(z, missing), jml::age(L - missing)).status));
+    ASSERT_TRUE(usable(late.update(first, at(y, missing), jml::age(L - missing)).status));
     EXPECT_LT(distance(prompt, late), 1e-8);
     // … and ever after: the windows slide, and their arrival costs agree.
     for (int k = L + 1; k <= 3 * L; ++k) {
@@ -296,9 +296,9 @@ struct FixedPosition : Position {
 
 TEST(FixedLagLate, NoiseIsFrozenWhereItWasFirstAsked) {
   const jml::Estimate<double, 2> start{{1.5, 0.5}, 0.3 * jml::Matrix<double, 2, 2>::Identity()};
-  jml::FixedLag filter{jml::lag<flight>, VaryingMotion{}, jml::sensors<VaryingPosition>, start};
-  filter.options.sweeps = 100;
-  filter.options.tolerance = 0;
+  jml::Filter filter{jml::FixedLag<flight>{}, VaryingMotion{}, jml::sensors<VaryingPosition>, start};
+  filter.method().options.sweeps = 100;
+  filter.method().options.tolerance = 0;
   TabledMotion motion;
   std::vector<double> r(flight + 1), y(flight + 1);
   jml::Noise noise(27);
@@ -313,7 +313,7 @@ TEST(FixedLagLate, NoiseIsFrozenWhereItWasFirstAsked) {
     if (age > 0) {
       ASSERT_TRUE(usable(filter.update(VaryingPosition{}, y[k]).status));
       r[node] = VaryingPosition{}.noise_covariance(filter.x(age))(0);
-      ASSERT_TRUE(usable(filter.late(VaryingPosition{}, y[node], age).status));
+      ASSERT_TRUE(usable(filter.update(VaryingPosition{}, y[node], jml::age(age)).status));
     } else {
       ASSERT_TRUE(usable(filter.update(VaryingPosition{}, y[k]).status));
     }
@@ -327,7 +327,7 @@ TEST(FixedLagLate, NoiseIsFrozenWhereItWasFirstAsked) {
   ASSERT_TRUE(usable(batch.solve().status));
   for (int k = 0; k <= flight; ++k) {
     EXPECT_LT((filter.x(flight - k) - batch.x(k)).norm(), 1e-8) << k;
-    EXPECT_LT((filter.covariance(flight - k) - batch.covariance(k)).norm(), 1e-8) << k;
+    EXPECT_LT((filter.P(flight - k) - batch.P(k)).norm(), 1e-8) << k;
   }
 }
 
@@ -339,8 +339,8 @@ TEST(FixedLagLate, OlderThanTheWindow) {
   auto filter = plant.window<L>();
   const auto refuse = [&](int age, Status wanted) {
     const auto before = snapshot(filter);
-    EXPECT_EQ(filter.late(plant.first, 0.7, age).status, wanted);
-    EXPECT_EQ(filter.late(plant.second, jml::Vector<double, 2>(0.7, -2), age).status, wanted);
+    EXPECT_EQ(filter.update(plant.first, 0.7, jml::age(age)).status, wanted);
+    EXPECT_EQ(filter.update(plant.second, jml::Vector<double, 2>(0.7, -2), jml::age(age)).status, wanted);
     EXPECT_TRUE(same_bits(before, snapshot(filter)));
   };
   for (int k = 0; k <= 3 * L; ++k) {
@@ -359,18 +359,18 @@ TEST(FixedLagLate, OlderThanTheWindow) {
 TEST(FixedLagLate, MemoryFull) {
   jml::Noise noise(26);
   const Plant plant(noise);
-  jml::FixedLag filter{jml::lag<3, 2>, plant.dynamics, jml::sensors<First, Second>, plant.start};
+  jml::Filter filter{jml::FixedLag<3, 2>{}, plant.dynamics, jml::sensors<First, Second>, plant.start};
   for (int k = 0; k < 3; ++k) ASSERT_TRUE(usable(filter.step(plant.first, noise.normal()).status));
   for (int age = 0; age < 3; ++age) {
     SCOPED_TRACE(age);
-    ASSERT_TRUE(usable(filter.late(plant.first, 0.3, age).status));  // the second of two
+    ASSERT_TRUE(usable(filter.update(plant.first, 0.3, jml::age(age)).status));  // the second of two
     const auto before = snapshot(filter);
-    EXPECT_EQ(filter.late(plant.first, 0.5, age).status, Status::memory_full);
+    EXPECT_EQ(filter.update(plant.first, 0.5, jml::age(age)).status, Status::memory_full);
     if (age == 0) {
       EXPECT_EQ(filter.update(plant.first, 0.5).status, Status::memory_full);
     }
     EXPECT_TRUE(same_bits(before, snapshot(filter)));
-    ASSERT_TRUE(usable(filter.late(plant.second, {0.1, 0.2}, age).status));  // of its own type there is room
+    ASSERT_TRUE(usable(filter.update(plant.second, {0.1, 0.2}, jml::age(age)).status));  // of its own type there is room
   }
 }
 

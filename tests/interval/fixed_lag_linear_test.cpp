@@ -141,7 +141,7 @@ struct Worst {
 template <int L, typename D, typename First, typename Second, int n, int p, int r>
 Worst run(const D& dynamics, const First& first, const Second& second, const jml::Estimate<double, n>& start,
           const std::vector<Event<p, r>>& events, double time) {
-  jml::FixedLag lagged{jml::lag<L>, dynamics, jml::sensors<First, Second>, start, time};
+  jml::Filter lagged{jml::FixedLag<L>{}, dynamics, jml::sensors<First, Second>, start, time};
   jml::Filter kalman{jml::Kalman{}, dynamics, start, time};
   JointGaussian joint(big(start.x), big(start.P));
   Worst worst;
@@ -180,11 +180,11 @@ Worst run(const D& dynamics, const First& first, const Second& second, const jml
 
     scale = std::max(scale, kalman.x().cwiseAbs().maxCoeff());
     worst.x = std::max(worst.x, (lagged.x() - kalman.x()).cwiseAbs().maxCoeff() / scale);
-    worst.P = std::max(worst.P, oracle::distance(lagged.covariance(), big(kalman.P())));
+    worst.P = std::max(worst.P, oracle::distance(lagged.P(), big(kalman.P())));
     for (int age = 0; age <= lagged.depth(); ++age) {
       const Big off = big(lagged.x(age)) - joint.x(age);
       worst.x_old = std::max(worst.x_old, static_cast<double>(off.cwiseAbs().maxCoeff()) / scale);
-      worst.P_old = std::max(worst.P_old, oracle::distance(lagged.covariance(age), joint.P(age)));
+      worst.P_old = std::max(worst.P_old, oracle::distance(lagged.P(age), joint.P(age)));
     }
   }
   EXPECT_EQ(lagged.depth(), std::min<int>(L, static_cast<int>(events.size()) - 1));

@@ -31,20 +31,20 @@ void expect_no_allocation(const D& dynamics, const S& sensor, const jml::Estimat
   bool finite = true;
   {
     Armed trap;
-    jml::FixedLag filter{jml::lag<L, 2>, dynamics, jml::sensors<S>, start};
+    jml::Filter filter{jml::FixedLag<L, 2>{}, dynamics, jml::sensors<S>, start};
     filter.gate = {0.9999999};
-    filter.options.loss = jml::Loss::huber(3);
+    filter.method().options.loss = jml::Loss::huber(3);
     for (int k = 0; k < 3 * L; ++k) {
       done += usable(filter.step(sensor, y).status);
       done += usable(filter.predict());
       done += usable(filter.update(sensor, y).status);
-      done += usable(filter.late(sensor, y, filter.depth() / 2).status);
-      for (int age = 0; age <= filter.depth(); ++age) finite &= jml::all_finite(filter.covariance(age));
+      done += usable(filter.update(sensor, y, jml::age(filter.depth() / 2)).status);
+      for (int age = 0; age <= filter.depth(); ++age) finite &= jml::all_finite(filter.P(age));
     }
     jml::Vector<Scalar, p> bad = y;
     bad(0) = std::numeric_limits<Scalar>::quiet_NaN();
     refused += filter.step(sensor, bad).status == jml::Status::invalid_measurement;
-    refused += filter.late(sensor, y, L + 1).status == jml::Status::older_than_window;
+    refused += filter.update(sensor, y, jml::age(L + 1)).status == jml::Status::older_than_window;
     auto copy = filter;
     refused += copy.step(sensor, bad).status == jml::Status::invalid_measurement;
     done += usable(filter.reset(start, 0));
@@ -107,11 +107,11 @@ TEST(FixedLagFloat, AgreesWithDouble) {
   const jml::Estimate<double, 2> start{float_start.x.cast<double>(), float_start.P.cast<double>()};
   for (const int sweeps : {2, 50}) {
     SCOPED_TRACE(sweeps);
-    jml::FixedLag filter{jml::lag<8, 2>, models::VanDerPol{}, jml::sensors<models::SaturatingPosition>,
+    jml::Filter filter{jml::FixedLag<8, 2>{}, models::VanDerPol{}, jml::sensors<models::SaturatingPosition>,
                          start};
-    jml::FixedLag single{jml::lag<8, 2>, FloatVanDerPol{}, jml::sensors<FloatSaturatingPosition>,
+    jml::Filter single{jml::FixedLag<8, 2>{}, FloatVanDerPol{}, jml::sensors<FloatSaturatingPosition>,
                          float_start};
-    filter.options.sweeps = single.options.sweeps = sweeps;
+    filter.method().options.sweeps = single.method().options.sweeps = sweeps;
     int passes = 0;
     for (int k = 0; k < 200; ++k) {
       const double y = 0.6 * std::sin(0.05 * k) + 0.1 * std::cos(1.7 * k);
@@ -121,7 +121,7 @@ TEST(FixedLagFloat, AgreesWithDouble) {
       passes += report.sweeps;
       for (const int age : {0, filter.depth()}) {
         ASSERT_LT((single.x(age).cast<double>() - filter.x(age)).norm(), 1e-4) << k;
-        ASSERT_LT((single.covariance(age).cast<double>() - filter.covariance(age)).norm(), 1e-4) << k;
+        ASSERT_LT((single.P(age).cast<double>() - filter.P(age)).norm(), 1e-4) << k;
       }
     }
     EXPECT_LT(passes, 200 * 6);

@@ -113,7 +113,7 @@ template <typename Filter>
 std::vector<double> snapshot(const Filter& filter) {
   std::vector<double> out{static_cast<double>(filter.depth()), static_cast<double>(filter.status())};
   for (int age = 0; age <= filter.depth(); ++age) {
-    const auto P = filter.covariance(age);
+    const auto P = filter.P(age);
     out.insert(out.end(), filter.x(age).data(), filter.x(age).data() + filter.x(age).size());
     out.insert(out.end(), P.data(), P.data() + P.size());
     out.push_back(filter.time(age));
@@ -128,7 +128,7 @@ const jml::Estimate<double, 2> good{Vector2(1.5, 0.5), (Matrix2() << 0.3, 0.1, 0
 
 template <bool varying>
 auto make() {
-  return jml::FixedLag{jml::lag<L, 3>, Plant<varying>{}, jml::sensors<Gauge<varying>, Both>, good, 3.0};
+  return jml::Filter{jml::FixedLag<L, 3>{}, Plant<varying>{}, jml::sensors<Gauge<varying>, Both>, good, 3.0};
 }
 template <bool varying>
 using Window = decltype(make<varying>());
@@ -143,7 +143,7 @@ template <bool varying>
 Window<varying> after(int steps) {
   auto filter = make<varying>();
   for (int k = 0; k < steps; ++k) EXPECT_TRUE(usable(good_step<varying>(filter, k)));
-  EXPECT_TRUE(usable(filter.late(Gauge<varying>{}, 0.2, filter.depth()).status));
+  EXPECT_TRUE(usable(filter.update(Gauge<varying>{}, 0.2, jml::age(filter.depth())).status));
   EXPECT_TRUE(usable(filter.update(Both{}, Vector2(0.5, 0.2)).status));
   return filter;
 }
@@ -162,7 +162,7 @@ void refused(Status wanted, const Act& act) {
     const Status status = act(filter);
     EXPECT_EQ(status, wanted) << jml::describe(status);
     filter.gate = undisturbed.gate;
-    filter.options = undisturbed.options;  // its loss is part of covariance()
+    filter.method().options = undisturbed.method().options;  // its loss is part of covariance()
     EXPECT_TRUE(same_bits(before, snapshot(filter)));
     for (int k = 0; k < 2; ++k) {
       EXPECT_TRUE(usable(good_step<varying>(filter, k)));
@@ -186,7 +186,7 @@ void refused_measurement(Status wanted, const S& sensor, const Y& y) {
       return filter.update(sensor, y).status;
     });
   }
-  refused<varying>(wanted, [&](auto& filter) { return filter.late(sensor, y, filter.depth() / 2).status; });
+  refused<varying>(wanted, [&](auto& filter) { return filter.update(sensor, y, jml::age(filter.depth() / 2)).status; });
 }
 
 /// By step() and predict().
@@ -242,10 +242,10 @@ TEST(FixedLagRefusals, Options) {
     });
   };
   for (const double bad : {0.0, -1.0, 1.5, nan}) with([bad](auto& filter) { filter.gate.probability = bad; });
-  for (const int bad : {0, -1}) with([bad](auto& filter) { filter.options.sweeps = bad; });
-  for (const double bad : {-1.0, 1.0, nan}) with([bad](auto& filter) { filter.options.tolerance = bad; });
+  for (const int bad : {0, -1}) with([bad](auto& filter) { filter.method().options.sweeps = bad; });
+  for (const double bad : {-1.0, 1.0, nan}) with([bad](auto& filter) { filter.method().options.tolerance = bad; });
   for (const double bad : {0.0, -1.0, nan, inf})
-    with([bad](auto& filter) { filter.options.loss = jml::Loss::huber(bad); });
+    with([bad](auto& filter) { filter.method().options.loss = jml::Loss::huber(bad); });
 }
 
 // The sweeps meet the trouble after a first one has lowered J: at the new trajectory m is sound and m_x is
@@ -257,7 +257,7 @@ TEST(FixedLagRefusals, NotLinearisableOnTheWay) {
       SCOPED_TRACE(steps);
       SCOPED_TRACE(sweeps);
       auto filter = after<true>(steps);
-      filter.options.sweeps = sweeps;
+      filter.method().options.sweeps = sweeps;
       auto undisturbed = filter, ahead = filter;
       ASSERT_EQ(ahead.predict(0.1), Status::ok);
       // Sound at the prediction, not where the measurement pulls it.
@@ -285,7 +285,7 @@ TEST(FixedLagRefusals, NotLinearisableOnTheWay) {
 TEST(FixedLagRefusals, BadStart) {
   const auto start = [](double x, double p00, double p01, double p10, double time = 0) {
     const jml::Estimate<double, 2> estimate{Vector2(x, 1), (Matrix2() << p00, p01, p10, 1).finished()};
-    return jml::FixedLag{jml::lag<L>, Plant<false>{}, jml::sensors<Both>, estimate, time};
+    return jml::Filter{jml::FixedLag<L>{}, Plant<false>{}, jml::sensors<Both>, estimate, time};
   };
   EXPECT_EQ(start(1, 1, 0, 0).status(), Status::ok);
   EXPECT_EQ(start(1, 1, 0, 0, nan).status(), Status::invalid_time_step);
@@ -297,14 +297,14 @@ TEST(FixedLagRefusals, BadStart) {
   auto filter = start(1, 1, 2, 2);
   EXPECT_EQ(filter.step(Both{}, Vector2(1, 1), 0.1).status, Status::invalid_covariance);
   EXPECT_EQ(filter.update(Both{}, Vector2(1, 1)).status, Status::invalid_covariance);
-  EXPECT_EQ(filter.late(Both{}, Vector2(1, 1), 0).status, Status::invalid_covariance);
+  EXPECT_EQ(filter.update(Both{}, Vector2(1, 1), jml::age(0)).status, Status::invalid_covariance);
   EXPECT_EQ(filter.predict(0.1), Status::invalid_covariance);
   EXPECT_EQ(filter.depth(), 0);
   EXPECT_EQ(filter.reset(good, 1.0), Status::ok);
   EXPECT_TRUE(usable(filter.step(Both{}, Vector2(1, 1), 0.1).status));
   EXPECT_DOUBLE_EQ(filter.time(), 1.1);
 
-  const jml::FixedLag noiseless{jml::lag<L>, models::VanDerPol{.q_c = -1}, jml::sensors<Both>, good};
+  const jml::Filter noiseless{jml::FixedLag<L>{}, models::VanDerPol{.q_c = -1}, jml::sensors<Both>, good};
   EXPECT_EQ(noiseless.status(), Status::invalid_disturbance_covariance);
 }
 
@@ -317,7 +317,7 @@ TEST(FixedLagRefusals, SameInputSameBits) {
     for (auto* filter : {&once, &twice, &used}) {
       ASSERT_TRUE(usable(good_step<true>(*filter, k)));
       if (k % 3 != 0) continue;
-      ASSERT_TRUE(usable(filter->late(Both{}, Vector2(0.5, 0.1), filter->depth()).status));
+      ASSERT_TRUE(usable(filter->update(Both{}, Vector2(0.5, 0.1), jml::age(filter->depth())).status));
     }
     ASSERT_TRUE(same_bits(snapshot(once), snapshot(twice)));
     ASSERT_TRUE(same_bits(snapshot(once), snapshot(used)));
@@ -333,7 +333,7 @@ TEST(FixedLagGate, RejectsToThePrediction) {
     const auto report = filter.step(Both{}, Vector2(30, -40), 0.1);
     EXPECT_EQ(report.status, Status::ok);
     EXPECT_EQ(report.gate, jml::Verdict::rejected);
-    EXPECT_GT(report.nis, 13.816);  // χ² with 2 degrees of freedom at 99.9 %
+    EXPECT_GT(report.nis(), 13.816);  // χ² with 2 degrees of freedom at 99.9 %
     ASSERT_EQ(predicted.predict(0.1), Status::ok);
     EXPECT_TRUE(same_bits(snapshot(filter), snapshot(predicted)));
     EXPECT_EQ(report.innovation, Vector2(Vector2(30, -40) - predicted.x()));
@@ -356,7 +356,7 @@ TEST(FixedLagGate, NisOfTheKalmanFilter) {
   const auto first = models::random_linear_sensor<3, 1>(noise);
   const auto second = models::random_linear_sensor<3, 2>(noise);
   const jml::Estimate<double, 3> start{{1, -0.5, 0.3}, models::random_covariance<3>(noise, 0.2)};
-  jml::FixedLag lagged{jml::lag<3>, dynamics,
+  jml::Filter lagged{jml::FixedLag<3>{}, dynamics,
                        jml::sensors<models::LinearSensor<3, 1>, models::LinearSensor<3, 2>>, start};
   jml::Filter kalman{jml::Kalman{}, dynamics, start};
   lagged.gate = kalman.gate = {0.6};
@@ -364,7 +364,7 @@ TEST(FixedLagGate, NisOfTheKalmanFilter) {
   const auto compare = [&](const auto& got, const auto& wanted) {
     EXPECT_TRUE(usable(got.status));
     EXPECT_EQ(got.gate, wanted.gate);
-    EXPECT_NEAR(got.nis, wanted.nis(), 1e-12 * wanted.nis());
+    EXPECT_NEAR(got.nis(), wanted.nis(), 1e-12 * wanted.nis());
     EXPECT_LT((got.innovation - wanted.innovation).norm(), 1e-12);  // of the size of 1
     ++(got.gate == jml::Verdict::rejected ? rejected : accepted);
   };

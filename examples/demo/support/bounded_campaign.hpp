@@ -64,7 +64,7 @@ struct Campaign {
       if (keep_campaigns && run % source_runs == 0) means.emplace_back(errors.size());
       State x;
       for (int i = 0; i < n; ++i) x(i) = noise.uniform(-1, 1) * bound_of(variance(i));
-      jml::BoundedNoise bounded{jml::Linearised{}, system, jml::Box<double, n>{-prior, prior}};
+      jml::Filter bounded{jml::Linearised{}, system, jml::Box<double, n>{-prior, prior}};
       jml::Filter kalman{jml::Kalman{}, system, start};
       for (int k = 0; k < samples; ++k) {
         if (k > 0) {
@@ -85,7 +85,7 @@ struct Campaign {
   void record(std::size_t k, const State& x, const auto& bounded, const auto& kalman) {
     outside += !bounded.box().contains(x);
     const State of_bounded = (bounded.x() - x).cwiseAbs2(), of_kalman = (kalman.x() - x).cwiseAbs2();
-    const State on_line = bounded.error_variance();
+    const State on_line = bounded.box().error_variance();
     for (int i = 0; i < n; ++i) {
       const auto state = static_cast<std::size_t>(i);
       Errors& out = errors[k][state];

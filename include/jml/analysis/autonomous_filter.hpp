@@ -33,7 +33,7 @@ struct AutonomousEquations {
   static constexpr int n = Model::n;
   const Model& model;
   double size;
-  mutable typename Model::Covariance V;  // where the next solution starts
+  typename Model::Covariance& V;  // where the next solution starts
 
   Status derivative(double, const double* from, double* to) const {
     const Eigen::Map<const Vector<double, n>> z(from);
@@ -67,7 +67,8 @@ AutonomousResult run_without_input(const Model& model, const typename Model::X& 
   out.converged = size == 0;
   if (out.converged) return out;
   z /= size;
-  const AutonomousEquations<Model> equations{model, size, model.origin_covariance()};
+  typename Model::Covariance V = model.origin_covariance();
+  const AutonomousEquations<Model> equations{model, size, V};
   CvodeSolver<n> solver(run.integrator);
   const double chunk = 1 / model.pace();
   for (int k = 0; k < static_cast<int>(std::ceil(run.time_constants)); ++k) {

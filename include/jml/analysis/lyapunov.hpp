@@ -91,7 +91,7 @@ template <OnePassRule Rule, ContinuousDynamics D, typename S, typename Scalar, i
   m.M = measurement_sdc<true>(s, x, origin, at);
   if (!all_finite(m.D) || !all_finite(m.E) || !all_finite(m.M)) return {Status::sensor_not_finite};
   m.R = noise_spectral_density(s, x, at);
-  const detail::ProcessNoise<Scalar, D> noise(d);
+  const ProcessNoise<Scalar, D> noise(d);
   if (!noise.with(d, x, at, [&m](const auto& GQG) { m.noise = GQG; }))
     return {Status::invalid_disturbance_covariance};
   return lyapunov(x, P, m);

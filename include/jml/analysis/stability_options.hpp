@@ -51,7 +51,7 @@ struct StabilityOptions {
   double start = 1e-3;        ///< radius of the first ellipsoid, relative to the largest one in the box
   double level_ratio = 1.15;  ///< from one level of S to the next
   double largest_gap = n == 3 ? 0.3 : 0.1;  ///< between neighbours on the mesh, relative to its size
-  double beyond = 1.5;  ///< the continuation goes on to this multiple of a level at which the condition has failed
+  double beyond = 1.5;  ///< the continuation goes on to this multiple of a level at which the condition fails
   int refinements = 4;  ///< halvings of the gap round the ray that limits the region
   int max_rays = n == 3 ? 4000 : 1000;
   int max_levels = 400;

@@ -10,173 +10,107 @@
 
 #include <jml/bounded/guaranteed_box.hpp>
 #include <jml/bounded/linearised_box.hpp>
+#include <jml/filter/filter.hpp>
+#include <jml/filter/method.hpp>
 
 namespace jml {
 
-/// A recursive estimator that carries a box.
-///
-///     jml::BoundedNoise filter{jml::Guaranteed{}, Pendulum{}, jml::Box{lower, upper}};
-///     const auto report = filter.step(AngleSensor{}, y);
-///
-/// Rule: Linearised (the source's) or Guaranteed. The model states disturbance_bound() and noise_bound().
-/// A measurement that contradicts the bounds is reported and not used: report.violation, and the predicted
-/// box stays. Every refusal leaves box and time as they were. Fixed size, no heap, no exceptions.
-template <typename Rule, typename D, typename Scalar = double>
-class BoundedNoise {
-  using Traits = DynamicsTraits<D>;
-  static_assert(detail::require_discrete<D>());
+/// How a box moves: Linearised (the source's) or Guaranteed.
+template <typename Rule>
+concept BoxRule = requires { typename Rule::template Memory<double, 1>; };
 
- public:
-  static constexpr int states = Traits::states;
-  using State = Vector<Scalar, states>;
-  using Control = Argument<Scalar, Traits::controls>;
-  using At = StepContext<Scalar, Traits::controls>;
-  template <typename S>
-  using Report = BoundedReport<Scalar, measurements_of<S>>;
-  template <typename S>
-  using Measurement = Argument<Scalar, measurements_of<S>>;
+/// A box, and what a rule remembers beside it.
+template <typename Scalar_, int n, typename Memory>
+struct BoxBelief {
+  using Scalar = Scalar_;
+  Box<Scalar, n> box;
+  [[no_unique_address]] Memory memory;
 
-  /// `initial`: a state without a bound is infinite on that side; it must be measured with update(), or no
-  /// step is possible. A bad box does not throw: status() names it, and every step answers it until reset().
-  /// `time`: s, of `initial`.
-  BoundedNoise(Rule rule, D dynamics, const Box<Scalar, states>& initial, double time = 0)
-      : rule_(std::move(rule)), dynamics_(std::move(dynamics)) {
-    reset(initial, time);
-  }
-  /// No prior box: the first measurements make it, eqs. (2.13) and (2.16).
-  BoundedNoise(Rule rule, D dynamics) : BoundedNoise(std::move(rule), std::move(dynamics), {}) {}
-
-  template <typename Other, int n>
-    requires(n != states)
-  BoundedNoise(Rule rule, D dynamics, const Box<Other, n>&, double = 0)
-      : BoundedNoise(std::move(rule), std::move(dynamics)) {
-    static_assert(n == states, "jml: the box has not as many states as the dynamics");
-  }
-
-  /// Starts again from another box.
-  Status reset(const Box<Scalar, states>& box, double time) {
-    now_ = {box, {}};
-    time_ = time;
-    kernel::set_zero(control_);
-    status_ = !std::isfinite(time) ? Status::invalid_time_step
-              : box.valid()        ? Status::ok
-                                   : Status::invalid_box;
-    return status_;
-  }
-
-  /// Predict over dt and correct with y, the measurement at its end. dt: s, zero or positive; a model that
-  /// reads neither dt nor time may leave it out. control: held over the step.
-  template <typename S>
-  [[nodiscard]] Report<S> step(const S& sensor, const Measurement<S>& y, Scalar dt,
-                               const Control& control = kernel::zeros<Control>()) {
-    Report<S> report;
-    Knowledge next = now_;
-    report.status = all_finite(y) ? advance(next, dt, control) : Status::invalid_measurement;
-    if (status_ != Status::ok) report.status = status_;
-    if (!usable(report.status)) return report;
-    const Knowledge predicted = next;
-    correct(sensor, y, At{time_ + static_cast<double>(dt), dt, control}, next, report);
-    if (!usable(report.status)) return report;
-    now_ = report.status == Status::accepted_without_measurement ? predicted : next;
-    time_ += static_cast<double>(dt);
-    control_ = control;
-    return report;
-  }
-  template <typename S>
-  [[nodiscard]] Report<S> step(const S& sensor, const Measurement<S>& y) {
-    static_assert(!reads_context<Scalar, D>() && !sensor_reads_context<S, State, At>(),
-                  "jml: this model reads time, dt or control: pass dt, step(sensor, y, dt)");
-    return step(sensor, y, Scalar(0));
-  }
-  /// A single measurement as a plain number.
-  template <typename S>
-    requires(measurements_of<S> == 1)
-  [[nodiscard]] Report<S> step(const S& sensor, Scalar y, Scalar dt,
-                               const Control& control = kernel::zeros<Control>()) {
-    return step(sensor, kernel::filled<Measurement<S>>(y), dt, control);
-  }
-  template <typename S>
-    requires(measurements_of<S> == 1)
-  [[nodiscard]] Report<S> step(const S& sensor, Scalar y) {
-    return step(sensor, kernel::filled<Measurement<S>>(y));
-  }
-
-  /// A step without a measurement.
-  [[nodiscard]] Status predict(Scalar dt, const Control& control = kernel::zeros<Control>()) {
-    if (status_ != Status::ok) return status_;
-    Knowledge next = now_;
-    const Status status = advance(next, dt, control);
-    if (!usable(status)) return status;
-    now_ = next;
-    time_ += static_cast<double>(dt);
-    control_ = control;
-    return status;
-  }
-  [[nodiscard]] Status predict() {
-    static_assert(!reads_context<Scalar, D>(),
-                  "jml: this model reads time, dt or control: pass dt, predict(dt)");
-    return predict(Scalar(0));
-  }
-
-  /// Correct with a measurement of the present time: the first one, a second sensor, or after predict().
-  template <typename S>
-  [[nodiscard]] Report<S> update(const S& sensor, const Measurement<S>& y) {
-    Report<S> report;
-    report.status = all_finite(y) ? status_ : Status::invalid_measurement;
-    if (status_ != Status::ok) report.status = status_;
-    if (!usable(report.status)) return report;
-    Knowledge next = now_;
-    correct(sensor, y, At{time_, Scalar(0), control_}, next, report);
-    if (usable(report.status) && report.status != Status::accepted_without_measurement) now_ = next;
-    return report;
-  }
-  template <typename S>
-    requires(measurements_of<S> == 1)
-  [[nodiscard]] Report<S> update(const S& sensor, Scalar y) {
-    return update(sensor, kernel::filled<Measurement<S>>(y));
-  }
-
-  [[nodiscard]] Status status() const { return status_; }  ///< of the box given
   /// Centre of the box, the conditional mean (2.31). NaN where a bound is missing.
-  [[nodiscard]] State x() const { return now_.box.centre(); }
-  [[nodiscard]] const Box<Scalar, states>& box() const { return now_.box; }
-  /// (d - c)²/12, eq. (2.34): of this estimate, not an average; the units of the states squared.
-  [[nodiscard]] State error_variance() const {
-    return kernel::by_entry(now_.box.width(), now_.box.width()) / Scalar(12);
-  }
-  [[nodiscard]] double time() const { return time_; }  ///< s
-  [[nodiscard]] const D& dynamics() const { return dynamics_; }
-  [[nodiscard]] const Rule& rule() const { return rule_; }
-
- private:
-  struct Knowledge {
-    Box<Scalar, states> box;
-    [[no_unique_address]] typename Rule::template Memory<Scalar, states> memory;
-  };
-
-  Status advance(Knowledge& next, Scalar dt, const Control& control) const {
-    if (!(dt >= Scalar(0)) || !std::isfinite(dt)) return Status::invalid_time_step;
-    if (!all_finite(control)) return Status::invalid_control;
-    return Rule::predict(dynamics_, next.box, next.memory, At{time_, dt, control});
-  }
-  template <typename S>
-  void correct(const S& sensor, const Measurement<S>& y, const At& at, Knowledge& next,
-               Report<S>& report) const {
-    static_assert(detail::require_sensor<S>());
-    Rule::update(sensor, next.box, next.memory, y, at, report);
-  }
-
-  [[no_unique_address]] Rule rule_;
-  [[no_unique_address]] D dynamics_;
-  Knowledge now_;
-  Control control_ = kernel::zeros<Control>();  // of the last step, for a sensor that reads it
-  double time_ = 0;
-  Status status_ = Status::ok;
+  [[nodiscard]] Vector<Scalar, n> x() const { return box.centre(); }
 };
 
-template <typename Rule, typename D, typename Scalar, int n>
-BoundedNoise(Rule, D, const Box<Scalar, n>&, double = 0) -> BoundedNoise<Rule, D, Scalar>;
-template <typename Rule, typename D>
-BoundedNoise(Rule, D) -> BoundedNoise<Rule, D, double>;
+/// The method of a box.
+///
+///     jml::Filter filter{jml::Guaranteed{}, Pendulum{}, jml::Box{lower, upper}};
+///     const auto report = filter.step(AngleSensor{}, y);      // filter.box(), filter.x() its centre
+///
+/// The model states disturbance_bound() and noise_bound(). Without a box, jml::Filter{jml::Guaranteed{},
+/// Pendulum{}}, the first measurements make it, eqs. (2.13) and (2.16): a state without a bound is infinite
+/// on that side, and no step is possible until it is measured with update(). A measurement that contradicts
+/// the bounds is reported and not used: report.violation, and the predicted box stays.
+template <BoxRule Rule_>
+struct BoundedNoise : Rule_ {
+  using Rule = Rule_;
+  template <typename Scalar, typename D>
+  using Model = PlainDynamics<D>;
+  template <typename Scalar, typename D>
+  using Belief = BoxBelief<Scalar, states_of<D>, typename Rule::template Memory<Scalar, states_of<D>>>;
+  template <typename Scalar, typename D>
+  using Start = Box<Scalar, states_of<D>>;
+  template <typename Scalar, typename D, typename S>
+  using Report = BoundedReport<Scalar, measurements_of<S>>;
+
+  constexpr BoundedNoise() = default;
+  constexpr BoundedNoise(const Rule& rule) : Rule(rule) {}  // NOLINT(google-explicit-constructor): the same
+
+  template <typename D>
+  static consteval bool accepts() {
+    return detail::require_discrete<D>();
+  }
+
+  /// invalid_box: a NaN, or a lower bound above its upper one.
+  template <typename Model, typename Scalar, int m, typename Belief>
+  [[nodiscard]] Status start(const Model&, const Box<Scalar, m>& box, Belief& belief) const {
+    static_assert(requires { belief.box = box; }, "jml: the box has not as many states as the dynamics");
+    belief = {};
+    belief.box = box;
+    return box.valid() ? Status::ok : Status::invalid_box;
+  }
+  template <typename Model, typename Belief>
+  [[nodiscard]] Status start(const Model&, Belief& belief) const {
+    belief = {};
+    return Status::ok;
+  }
+
+  template <typename Model, typename Belief, typename At>
+  [[nodiscard]] JML_INLINE Status predict(const Model& model, const Belief& prior, const At& at,
+                                          Belief& next) const {
+    next = prior;
+    return Rule::move(model.dynamics, next.box, next.memory, at);
+  }
+  template <typename Model, typename Belief, typename Sample, typename Report>
+  JML_INLINE void correct(const Model&, const Belief& prior, const Sample& sample, Belief& next,
+                          Report& report) const {
+    next = prior;
+    cut(sample.sensor, sample.y, sample.at, next, report);
+  }
+  template <typename Model, typename Belief, typename Sample, typename Report>
+  JML_INLINE void step(const Model& model, const Belief& prior, const Sample& sample, Belief& next,
+                       Report& report) const {
+    report.status = predict(model, prior, sample.at, next);
+    if (report.status == Status::ok) cut(sample.sensor, sample.y, end_of(sample.at), next, report);
+  }
+
+ private:
+  /// A measurement that contradicts leaves the belief as it was.
+  template <typename S, typename Y, typename At, typename Belief, typename Report>
+  JML_INLINE static void cut(const S& sensor, const Y& y, const At& at, Belief& belief, Report& report) {
+    if (!all_finite(y)) {
+      report.status = Status::invalid_measurement;
+    } else if constexpr (Rule::contradiction_changes_nothing) {
+      Rule::cut(sensor, belief.box, belief.memory, y, at, report);
+    } else {
+      const Belief before = belief;
+      Rule::cut(sensor, belief.box, belief.memory, y, at, report);
+      if (report.status == Status::accepted_without_measurement) belief = before;
+    }
+  }
+};
+
+template <BoxRule Rule>
+struct MethodOf<Rule> {
+  using type = BoundedNoise<Rule>;
+};
 
 }  // namespace jml

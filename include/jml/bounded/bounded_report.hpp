@@ -3,8 +3,7 @@
 /// What a bounded-noise step reports.
 #pragma once
 
-#include <jml/linear_algebra.hpp>
-#include <jml/status.hpp>
+#include <jml/filter/report.hpp>
 
 namespace jml {
 
@@ -16,12 +15,10 @@ struct Violation {
   Scalar excess = 0;  ///< the gap between the two, in the units of y(row), or of x(state)
 };
 
-/// One step or correction.
+/// What a bounded-noise method reports. status: accepted_without_measurement where a bound was violated; the
+/// box is the predicted one. innovation: y - m(centre of the predicted box). No innovation matrix, no gate.
 template <typename Scalar, int p>
-struct BoundedReport {
-  /// accepted_without_measurement: a bound was violated; the box is the predicted one.
-  Status status = Status::ok;
-  Vector<Scalar, p> innovation = kernel::zeros<Vector<Scalar, p>>();  ///< y - m(centre of the predicted box)
+struct BoundedReport : Report<Scalar, p> {
   Violation<Scalar> violation;
 };
 

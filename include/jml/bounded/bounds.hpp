@@ -4,42 +4,32 @@
 /// reads them.
 #pragma once
 
-#include <jml/model/concepts.hpp>
 #include <jml/bounded/interval.hpp>
+#include <jml/model/concepts.hpp>
 
 namespace jml {
 
 /// ū, q: |w| ≤ ū by component, per step.
 template <typename T, int n, typename D, typename At>
-JML_INLINE inline Vector<T, DynamicsTraits<D>::disturbances> disturbance_bound(
-    const D& d, const Vector<T, n>& x, const At& at) {
-  using Traits = DynamicsTraits<D>;
-  const auto given = [&d](const auto&... a) -> decltype(Traits::disturbance_bound(d, a...)) {
-    return Traits::disturbance_bound(d, a...);
-  };
-  static_assert(Traits::disturbances == 0 || detail::Callable<decltype(given), Vector<T, n>, At>,
+JML_INLINE inline Vector<T, DynamicsTraits<D>::disturbances> disturbance_bound(const D& d,
+                                                                               const Vector<T, n>& x,
+                                                                               const At& at) {
+  constexpr int q = DynamicsTraits<D>::disturbances;
+  static_assert(q == 0 || detail::HasHook<detail::hooks::DisturbanceBound, D, Vector<T, n>, At>,
                 "jml: bounded noise: dynamics with disturbances need disturbance_bound(), q, as (), (x) or "
                 "(x, at), const");
-  if constexpr (Traits::disturbances == 0) {
+  if constexpr (q == 0)
     return {};
-  } else {
-    static_assert(detail::require_shape<Traits::disturbances, 1, decltype(given), Vector<T, n>, At>());
-    return kernel::cast<T>(detail::call(given, x, at));
-  }
+  else
+    return detail::evaluate<detail::hooks::DisturbanceBound, q, 1>(d, x, at);
 }
 
 /// b, p: |v| ≤ b by component.
 template <typename T, int n, typename S, typename At>
-JML_INLINE inline Vector<T, measurements_of<S>> noise_bound(const S& s, const Vector<T, n>& x,
-                                                                        const At& at) {
-  using Traits = SensorTraits<S>;
-  const auto given = [&s](const auto&... a) -> decltype(Traits::noise_bound(s, a...)) {
-    return Traits::noise_bound(s, a...);
-  };
-  static_assert(detail::Callable<decltype(given), Vector<T, n>, At>,
+JML_INLINE inline Vector<T, measurements_of<S>> noise_bound(const S& s, const Vector<T, n>& x, const At& at) {
+  static_assert(detail::HasHook<detail::hooks::NoiseBound, S, Vector<T, n>, At>,
                 "jml: bounded noise: a sensor needs noise_bound(), p, as (), (x) or (x, at), const");
-  static_assert(detail::require_shape<measurements_of<S>, 1, decltype(given), Vector<T, n>, At>());
-  return kernel::cast<T>(detail::call(given, x, at));
+  return detail::evaluate<detail::hooks::NoiseBound, measurements_of<S>, 1>(s, x, at);
 }
 
 /// True where every entry is finite and zero or positive.
@@ -69,9 +59,7 @@ Vector<Interval<Scalar>, DynamicsTraits<D>::disturbances> disturbance_mean_over(
     const D& d, const Vector<Interval<Scalar>, n>& box, const At& at) {
   using Traits = DynamicsTraits<D>;
   using Range = Interval<Scalar>;
-  const auto given = [&d](const auto&... a) -> decltype(Traits::disturbance_mean(d, a...)) {
-    return Traits::disturbance_mean(d, a...);
-  };
+  const auto given = detail::hook<detail::hooks::DisturbanceMean>(d);
   constexpr bool constant = requires { Traits::disturbance_mean(d); };
   constexpr bool plain = requires { &D::disturbance_mean; };
   static_assert(

@@ -9,8 +9,9 @@
 namespace jml {
 
 /// lower ≤ x ≤ upper by component, n, in the units of the model. An infinite bound: nothing is known there.
-template <typename Scalar, int n>
+template <typename Scalar_, int n>
 struct Box {
+  using Scalar = Scalar_;
   static_assert(n >= 0,
                 "jml: how many states a box has must be known at compile time: write "
                 "jml::Box<double, n>{lower, upper} where the bounds have their size at run time");
@@ -24,6 +25,11 @@ struct Box {
   /// NaN where a bound is missing.
   [[nodiscard]] Vector<Scalar, n> centre() const { return Scalar(0.5) * (lower + upper); }
   [[nodiscard]] Vector<Scalar, n> width() const { return upper - lower; }
+  /// (d - c)²/12, eq. (2.34) of the bounded-noise dissertation: of an estimate at the centre, in the units of
+  /// the states squared.
+  [[nodiscard]] Vector<Scalar, n> error_variance() const {
+    return kernel::by_entry(width(), width()) / Scalar(12);
+  }
   [[nodiscard]] bool contains(const Vector<Scalar, n>& x) const {
     bool inside = true;
     for (int i = 0; i < n; ++i) inside &= lower(i) <= x(i) && x(i) <= upper(i);

@@ -4,8 +4,8 @@
 #pragma once
 
 #include <jml/bounded/bounded_report.hpp>
-#include <jml/bounded/zonotope.hpp>
 #include <jml/bounded/interval.hpp>
+#include <jml/bounded/zonotope.hpp>
 
 namespace jml::detail {
 

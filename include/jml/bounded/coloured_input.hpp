@@ -77,8 +77,9 @@ struct ColouredInput {
     const Matrix<T, plant_states, inputs> G = jml::disturbance_input(plant, own, at);
     Vector<T, states> out;
     kernel::set_block(out, 0, 0, jml::dynamics(plant, own, at) + G * u);
-    kernel::set_block(out, plant_states, 0,
-                      jml::dynamics(shaping, u, StepContext<decltype(at.dt), 0>{.time = at.time, .dt = at.dt}));
+    kernel::set_block(
+        out, plant_states, 0,
+        jml::dynamics(shaping, u, StepContext<decltype(at.dt), 0>{.time = at.time, .dt = at.dt}));
     return out;
   }
 };

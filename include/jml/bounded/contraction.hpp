@@ -9,8 +9,8 @@
 /// form of a nonlinear sensor, or of the dynamics backward.
 #pragma once
 
-#include <jml/kernels.hpp>
 #include <jml/bounded/interval.hpp>
+#include <jml/kernels.hpp>
 #include <type_traits>
 
 namespace jml::detail {
@@ -22,12 +22,8 @@ struct Span {
   constexpr Span() = default;
   constexpr Span(Scalar from, Scalar to) : low(from), high(to) {}
   explicit constexpr Span(Scalar number) : low(number), high(number) {}
-  JML_INLINE friend Span operator+(const Span& a, const Span& b) {
-    return {a.low + b.low, a.high + b.high};
-  }
-  JML_INLINE friend Span operator-(const Span& a, const Span& b) {
-    return {a.low - b.high, a.high - b.low};
-  }
+  JML_INLINE friend Span operator+(const Span& a, const Span& b) { return {a.low + b.low, a.high + b.high}; }
+  JML_INLINE friend Span operator-(const Span& a, const Span& b) { return {a.low - b.high, a.high - b.low}; }
   JML_INLINE friend void meet(Span& a, const Span& b) {
     a.low = b.low > a.low ? b.low : a.low;
     a.high = b.high < a.high ? b.high : a.high;
@@ -59,8 +55,7 @@ JML_INLINE inline Interval<Scalar> product(const Interval<Scalar>& a, const Inte
   return a * b;
 }
 template <typename Scalar>
-JML_INLINE inline Interval<Scalar> quotient(const Interval<Scalar>& a,
-                                                        const Interval<Scalar>& b) {
+JML_INLINE inline Interval<Scalar> quotient(const Interval<Scalar>& a, const Interval<Scalar>& b) {
   return a / b;
 }
 template <typename Scalar>
@@ -77,7 +72,7 @@ JML_INLINE inline void meet(Interval<Scalar>& a, const Interval<Scalar>& b) {
 /// numbers with `Side` a Span, intervals with intervals.
 template <typename Coefficient, typename Side, int rows, int n, typename Target>
 [[nodiscard]] JML_INLINE inline auto contract(const Matrix<Coefficient, rows, n>& a, int row,
-                                                       Side (&offset)[n], const Target& target) {
+                                              Side (&offset)[n], const Target& target) {
   using Scalar = std::remove_cvref_t<decltype(offset[0].low)>;
   Side before[n + 1];
   before[0] = Side(Scalar(0));

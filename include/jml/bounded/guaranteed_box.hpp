@@ -10,13 +10,13 @@
 /// Beyond the bounded-noise dissertation, whose box is linearised.
 #pragma once
 
-#include <jml/bounded/measured_box.hpp>
 #include <jml/bounded/bounds.hpp>
 #include <jml/bounded/interval_functions.hpp>
+#include <jml/bounded/measured_box.hpp>
 
 namespace jml {
 
-/// Rule of jml::BoundedNoise. `columns_per_state`: of the zonotope; 0: the box alone.
+/// A rule for a box. `columns_per_state`: of the zonotope; 0: the box alone.
 ///
 /// The truth is inside to the rounding of its own simulation. dynamics(x) and measurement(x) must be
 /// templates over the scalar, and continuous but for the jumps that the sensor's residual() takes away; a
@@ -24,6 +24,9 @@ namespace jml {
 /// of the box: let it hold for all of it.
 template <int columns_per_state = 6>
 struct Guaranteed {
+  /// cut() works in place, and has to be taken back.
+  static constexpr bool contradiction_changes_nothing = false;
+
   template <typename Scalar, int n>
   struct Memory {
     detail::Zonotope<Scalar, n, columns_per_state * n> shape;
@@ -36,8 +39,7 @@ struct Guaranteed {
   };
 
   template <typename D, typename Scalar, int n, typename At>
-  [[nodiscard]] static Status predict(const D& d, Box<Scalar, n>& box, Memory<Scalar, n>& memory,
-                                      const At& at) {
+  [[nodiscard]] static Status move(const D& d, Box<Scalar, n>& box, Memory<Scalar, n>& memory, const At& at) {
     using Range = Interval<Scalar>;
     constexpr int q = DynamicsTraits<D>::disturbances;
     constexpr Scalar rounding = decltype(memory.shape)::rounding;
@@ -100,8 +102,8 @@ struct Guaranteed {
   }
 
   template <typename S, typename Scalar, int n, int p, typename At>
-  static void update(const S& s, Box<Scalar, n>& box, Memory<Scalar, n>& memory, const Vector<Scalar, p>& y,
-                     const At& at, BoundedReport<Scalar, p>& report) {
+  static void cut(const S& s, Box<Scalar, n>& box, Memory<Scalar, n>& memory, const Vector<Scalar, p>& y,
+                  const At& at, BoundedReport<Scalar, p>& report) {
     const Vector<Scalar, n> x = detail::point_in(box);
     const Vector<Scalar, p> bound = detail::rounded_up(noise_bound(s, x, at)), centre = measurement(s, x, at);
     if (!is_bound(bound)) {

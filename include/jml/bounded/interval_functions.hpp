@@ -8,8 +8,8 @@
 /// which is all that a mean-value enclosure uses.
 #pragma once
 
-#include <jml/model/dual.hpp>
 #include <jml/bounded/interval_elementary.hpp>
+#include <jml/model/dual_functions.hpp>
 
 namespace jml {
 

@@ -9,20 +9,23 @@
 #pragma once
 
 #include <jml/bounded/bounded_report.hpp>
-#include <jml/bounded/contraction.hpp>
 #include <jml/bounded/bounds.hpp>
 #include <jml/bounded/box.hpp>
+#include <jml/bounded/contraction.hpp>
 
 namespace jml {
 
-/// Rule of jml::BoundedNoise: the source's own.
+/// A rule for a box: the source's own.
 struct Linearised {
+  /// cut() touches the box only where it is used.
+  static constexpr bool contradiction_changes_nothing = true;
+
   /// Nothing is carried beside the box.
   template <typename Scalar, int n>
   struct Memory {};
 
   template <typename D, typename Scalar, int n, typename At>
-  [[nodiscard]] static Status predict(const D& d, Box<Scalar, n>& box, Memory<Scalar, n>&, const At& at) {
+  [[nodiscard]] static Status move(const D& d, Box<Scalar, n>& box, Memory<Scalar, n>&, const At& at) {
     constexpr int q = DynamicsTraits<D>::disturbances;
     if (!box.bounded()) return Status::state_unbounded;
     const Vector<Scalar, n> x = box.centre(), reach = box.width() / Scalar(2);
@@ -55,8 +58,8 @@ struct Linearised {
   }
 
   template <typename S, typename Scalar, int n, int p, typename At>
-  static void update(const S& s, Box<Scalar, n>& box, Memory<Scalar, n>&, const Vector<Scalar, p>& y,
-                     const At& at, BoundedReport<Scalar, p>& report) {
+  static void cut(const S& s, Box<Scalar, n>& box, Memory<Scalar, n>&, const Vector<Scalar, p>& y,
+                  const At& at, BoundedReport<Scalar, p>& report) {
     Vector<Scalar, n> x = box.centre();
     if (!all_finite(x)) {
       // Without a prior box there is no point to linearise at: any serves a linear sensor.
@@ -81,9 +84,7 @@ struct Linearised {
     // model stays certain. A state's own width is not in what is taken from the target to cut it.
     constexpr Scalar rounding = Scalar(n + 4) * std::numeric_limits<Scalar>::epsilon();
     detail::Span<Scalar> offset[n];
-    kernel::repeat<n>([&](int i) JML_INLINE {
-      offset[i] = {box.lower(i) - x(i), box.upper(i) - x(i)};
-    });
+    kernel::repeat<n>([&](int i) JML_INLINE { offset[i] = {box.lower(i) - x(i), box.upper(i) - x(i)}; });
     for (int row = 0; row < p; ++row) {
       Scalar size[n], total = std::abs(y(row)) + std::abs(predicted(row)) + bound(row);
       kernel::repeat<n>([&](int j) JML_INLINE {

@@ -9,8 +9,8 @@
 /// Everything is rounded outward: what the arithmetic may lose is added to the axes.
 #pragma once
 
-#include <jml/kernels.hpp>
 #include <jml/bounded/box.hpp>
+#include <jml/kernels.hpp>
 #include <limits>
 
 namespace jml::detail {
@@ -51,7 +51,7 @@ class Zonotope {
     Matrix<Scalar, n, columns + n + inputs> all;
     const State size = kernel::absolute(A) * reach() + kernel::row_sums(input);
     Matrix<Scalar, n, columns> moved;
-    kernel::product(A, columns_, moved);
+    kernel::product(A, columns_, moved);  // A T, without its axes
     kernel::set_block(all, 0, 0, moved);
     for (int j = 0; j < n; ++j) {
       for (int i = 0; i < n; ++i) all(i, columns + j) = A(i, j) * axes_(j);

@@ -4,15 +4,15 @@
 #pragma once
 
 #include <jml/analysis/nees.hpp>
-#include <jml/iterated/one_step_cost.hpp>
-#include <jml/campaign/flight.hpp>
 #include <jml/campaign/accumulator.hpp>
+#include <jml/campaign/flight.hpp>
+#include <jml/iterated/one_step_cost.hpp>
 
 namespace jml {
 
 /// No cost is wanted (the default).
 struct NoCost {};
-/// The one-step criterion (11), of a filter with rule(), dynamics(), estimate().
+/// The one-step criterion (11), of a filter with method(), dynamics(), estimate().
 struct OneStep {};
 
 /// An estimator of a campaign: a name, how a filter is made for a flight, and optionally a cost for each
@@ -22,8 +22,8 @@ struct OneStep {};
 ///     jml::Estimator{"EKF", [](const auto&) { return jml::Filter{jml::Ekf{}, VanDerPol{}, prior}; }}
 ///
 /// The filter has x(), and step(sensor, y, dt, control), step(sensor, y, dt) or step(sensor, y) whose report
-/// has a status. Used where there: update(sensor, y), predict(…), P() or covariance() for NEES, box(),
-/// report.nis, report.gate, report.violation.row.
+/// has a status. Used where there: update(sensor, y), predict(…), P() for NEES, box(),
+/// report.nis(), report.gate, report.violation.row.
 template <typename Make, typename Cost = NoCost>
 struct Estimator {
   std::string name;
@@ -34,6 +34,17 @@ template <typename Make>
 Estimator(std::string, Make) -> Estimator<Make, NoCost>;
 template <typename Make, typename Cost>
 Estimator(std::string, Make, Cost) -> Estimator<Make, Cost>;
+
+/// What a campaign flies: x(), and one of the three step() whose report has a status.
+template <typename F, typename S, typename Y, typename Scalar, typename Control>
+concept Flyable =
+    (requires(F& filter, const S& sensor, const Y& y) {
+      filter.step(sensor, y).status;
+    } || requires(F& filter, const S& sensor, const Y& y, Scalar dt) {
+      filter.step(sensor, y, dt).status;
+    } || requires(F& filter, const S& sensor, const Y& y, Scalar dt, const Control& control) {
+      filter.step(sensor, y, dt, control).status;
+    }) && requires(const F& filter) { filter.x(); };
 
 namespace detail {
 
@@ -65,6 +76,10 @@ double lost_bound(const Scenario& scenario) {
 /// The sample at the end of dt, however the filter takes it.
 template <typename Filter, typename S, typename Y, typename Scalar, typename Control>
 auto step_with(Filter& filter, const S& sensor, const Y& y, Scalar dt, const Control& control) {
+  static_assert(
+      Flyable<Filter, S, Y, Scalar, Control>,
+      "jml: an estimator of a campaign has x(), and step(sensor, y, dt, control), step(sensor, y, dt) or "
+      "step(sensor, y), whose report has a status");
   if constexpr (Control::RowsAtCompileTime > 0 && requires { filter.step(sensor, y, dt, control); })
     return filter.step(sensor, y, dt, control);
   else if constexpr (requires { filter.step(sensor, y, dt); })
@@ -96,10 +111,7 @@ void read_report(const Report& report, CampaignRow<n>& row) {
   if constexpr (requires { report.gate == Verdict::rejected; })
     row.rejected = report.gate == Verdict::rejected;
   if constexpr (requires { report.violation.row >= 0; }) row.rejected |= report.violation.row >= 0;
-  if constexpr (requires { double(report.nis()); })
-    row.nis = static_cast<double>(report.nis());
-  else if constexpr (requires { double(report.nis); })
-    row.nis = static_cast<double>(report.nis);
+  if constexpr (requires { double(report.nis()); }) row.nis = static_cast<double>(report.nis());
 }
 
 }  // namespace detail

@@ -4,9 +4,9 @@
 /// fly any discrete model.
 #pragma once
 
-#include <jml/model/concepts.hpp>
-#include <jml/interval/noise_root.hpp>
 #include <jml/campaign/counter_noise.hpp>
+#include <jml/interval/noise_root.hpp>
+#include <jml/model/concepts.hpp>
 #include <vector>
 
 namespace jml {
@@ -87,13 +87,10 @@ class TrueDynamics {
  private:
   Vector<double, q> disturbance(const X& x, const At& at, CounterNoise& noise) {
     if constexpr (BoundedKind<Kind>) {
-      const auto given = [this](const auto&... a) -> decltype(Traits::disturbance_bound(d_, a...)) {
-        return Traits::disturbance_bound(d_, a...);
-      };
       static_assert(
-          Callable<decltype(given), X, At>,
+          HasHook<hooks::DisturbanceBound, D, X, At>,
           "jml: a bounded disturbance needs the dynamics' disturbance_bound(), q, as (), (x) or (x, at)");
-      return within(kind_, Vector<double, q>(call(given, x, at)), noise);
+      return within(kind_, evaluate<hooks::DisturbanceBound, q, 1>(d_, x, at), noise);
     } else {
       return kind_(x, at, noise);
     }
@@ -114,10 +111,7 @@ class TrueSensor {
   static constexpr int p = Traits::measurements;
   using X = Vector<double, n>;
   using At = StepContext<double, controls>;
-  static constexpr bool constant =
-      requires(const S& s) { Traits::noise_covariance(s); } && !requires(const S& s, const X& x) {
-        Traits::noise_covariance(s, x);
-      } && !requires(const S& s, const X& x, const At& at) { Traits::noise_covariance(s, x, at); };
+  static constexpr bool constant = ConstantHook<hooks::NoiseCovariance, S, X, At>;
 
  public:
   TrueSensor(const S& s, const Kind& kind) : s_(s), kind_(kind) {
@@ -129,12 +123,9 @@ class TrueSensor {
       if constexpr (!constant) form(x, at);
       return measurement(s_, x, at) + L_ * noise.template normal_vector<p>();
     } else if constexpr (BoundedKind<Kind>) {
-      const auto given = [this](const auto&... a) -> decltype(Traits::noise_bound(s_, a...)) {
-        return Traits::noise_bound(s_, a...);
-      };
-      static_assert(Callable<decltype(given), X, At>,
+      static_assert(HasHook<hooks::NoiseBound, S, X, At>,
                     "jml: bounded noise needs the sensor's noise_bound(), p, as (), (x) or (x, at)");
-      const Vector<double, p> v = within(kind_, Vector<double, p>(call(given, x, at)), noise);
+      const Vector<double, p> v = within(kind_, evaluate<hooks::NoiseBound, p, 1>(s_, x, at), noise);
       return measurement(s_, x, at) + v;
     } else {
       const Vector<double, p> v = kind_(x, at, noise);

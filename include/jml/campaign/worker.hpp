@@ -44,7 +44,6 @@ class Worker {
   static_assert(int(X::RowsAtCompileTime) == n, "jml: this estimator has not as many states as the scenario");
   static constexpr bool boxed = requires(const Filter& f) { f.box().lower; };
   static constexpr bool has_P = requires(const Filter& f) { f.P(); };
-  static constexpr bool has_covariance = !has_P && requires(const Filter& f) { f.covariance(); };
   static constexpr bool one_step = std::is_same_v<Cost, OneStep>;
   static constexpr bool own_cost = !one_step && !std::is_same_v<Cost, NoCost>;
 
@@ -136,23 +135,27 @@ class Worker {
     return k;
   }
 
-  /// Copies what is to be read later. A covariance() that must be computed is timed: its ns.
+  /// Copies what is to be read later. A P() that must be computed is timed: its ns.
   double look(const Filter& filter, Answer& answer) const {
     answer.x = filter.x();
     if constexpr (boxed) {
       answer.box.lower = filter.box().lower;
       answer.box.upper = filter.box().upper;
     }
-    if constexpr (has_P) answer.P = filter.P();
-    if constexpr (has_covariance) {
-      const auto start = Clock::now();
-      answer.P = filter.covariance();
-      return ns_since(start);
+    if constexpr (has_P) {
+      if constexpr (std::is_reference_v<decltype(filter.P())>) {
+        answer.P = filter.P();
+      } else {
+        const auto start = Clock::now();
+        answer.P = filter.P();
+        return ns_since(start);
+      }
     }
     return 0;
   }
 
-  void read(const Filter& filter, const Answer& answer, const FlightType& flight, int k, RunOutcome& outcome) {
+  void read(const Filter& filter, const Answer& answer, const FlightType& flight, int k,
+            RunOutcome& outcome) {
     const auto index = static_cast<std::size_t>(k);
     CampaignRow<n>& row = rows[index];
     read_report(answer.report, row);
@@ -163,7 +166,7 @@ class Worker {
           Control(kernel::cast<Scalar>(flight.control[index - 1]))};
       if (!row.refused) {
         row.cost =
-            static_cast<double>(one_step_cost(filter.rule(), filter.dynamics(), scenario_.sensor, prior_,
+            static_cast<double>(one_step_cost(filter.method(), filter.dynamics(), scenario_.sensor, prior_,
                                               Y(kernel::cast<Scalar>(flight.y[index])), at, answer.report)
                                     .value);
       }
@@ -190,7 +193,7 @@ class Worker {
     else
       row.scalar_error = row.error.norm();
     row.nees = std::numeric_limits<double>::quiet_NaN();
-    if constexpr (has_P || has_covariance) row.nees = nees(row.error, kernel::cast<double>(answer.P));
+    if constexpr (has_P) row.nees = nees(row.error, kernel::cast<double>(answer.P));
     if constexpr (boxed) {
       row.box.lower = kernel::cast<double>(answer.box.lower);
       row.box.upper = kernel::cast<double>(answer.box.upper);

@@ -3,8 +3,8 @@
 /// CVODE as the integrator of a continuous filter (component jml::cvode): adaptive, for stiff Riccati phases
 /// and long gaps, and the reference for the fixed-time ones. Not for the control loop.
 ///
-///     jml::ContinuousFilter filter{jml::Rnls{}, dynamics, estimate, jml::Cvode{{.relative_tolerance =
-///     1e-10}}};
+///     jml::Filter filter{jml::Continuous{jml::Rnls{}, jml::Cvode{{.relative_tolerance = 1e-10}}}, dynamics,
+///                        estimate};
 ///
 /// A held measurement jumps at each sample, and CVODE starts afresh there. A jml::Line, a function of time or
 /// a held value that did not change only continues what was: order and step are kept.

@@ -77,8 +77,8 @@ consteval bool measures_always() {
 /// use(signal) with y(t) made of what the user gave for [start, start + length]; refuse() where a sample is
 /// not finite.
 template <int p, typename Scalar, typename S, typename Y, typename Use, typename Refuse>
-JML_INLINE inline void with_signal(const S& sensor, const Y& y, double start, double length,
-                                               const Use& use, const Refuse& refuse) {
+JML_INLINE inline void with_signal(const S& sensor, const Y& y, double start, double length, const Use& use,
+                                   const Refuse& refuse) {
   if constexpr (std::is_invocable_v<const Y&, double> && !requires { Y::RowsAtCompileTime; }) {
     if constexpr (std::is_same_v<std::remove_cvref_t<std::invoke_result_t<const Y&, double>>,
                                  Vector<Scalar, p>>)

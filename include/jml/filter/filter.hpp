@@ -1,167 +1,198 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The filter: a rule, a model and an estimate that moves from sample to sample.
+/// The filter: a method, a model, and a belief that moves from sample to sample. Time, control, gate, status
+/// and the last good belief are kept here, once for every method.
 #pragma once
 
-#include <jml/riccati/difference.hpp>
+#include <jml/filter/filter_core.hpp>
+#include <jml/model/sensors.hpp>
 #include <utility>
 
 namespace jml {
-
-namespace detail {
-// Outside the class, whose own names would hide them; a rule's overloads are found by argument-dependent
-// lookup.
-constexpr auto call_predict = [](const auto&... a) { return predict(a...); };
-constexpr auto call_update = [](const auto&... a) { return update(a...); };
-}  // namespace detail
 
 /// A recursive estimator.
 ///
 ///     jml::Filter filter{jml::Ekf{}, VanDerPol{}, jml::Estimate{x0, P0}};
 ///     const auto report = filter.step(SaturatingPosition{}, y);
 ///
-/// Rule: Kalman, Ekf, Sddre, Jml, Iekf, IteratedJml. Every refusal leaves estimate and time as they were.
-/// Fixed size, no heap, no exceptions; objects are independent of each other.
-template <typename Rule, typename D, typename Scalar = double>
+/// M: a rule of Table 1 (Kalman, Ekf, Sddre, Jml), Iekf, IteratedJml, FixedLag, Continuous, Algebraic,
+/// Linearised, Guaranteed, or a method of your own (filter/method.hpp). Every refusal leaves belief and time
+/// as they were. Fixed size, no heap (but a recorder's constructor and CVODE's), no exceptions; objects are
+/// independent.
+template <typename M, typename D, typename Scalar = double>
 class Filter {
-  using Traits = DynamicsTraits<D>;
-  static_assert(detail::require_discrete<D>());
+  using Core = detail::FilterCore<M, D, Scalar>;
+  using Method = typename Core::Method;
+  static_assert(detail::require_accepted<Method, D>());
 
  public:
-  static constexpr int states = Traits::states;
+  using Belief = typename Core::Belief;
+  static constexpr int states = DynamicsTraits<D>::states;
   using State = Vector<Scalar, states>;
   using Covariance = Matrix<Scalar, states, states>;
-  using Control = Argument<Scalar, Traits::controls>;
-  using At = StepContext<Scalar, Traits::controls>;
+  using Control = typename Core::Control;
+  using At = typename Core::At;
   template <typename S>
-  using Report = StepReport<Scalar, states, measurements_of<S>>;
+  using Report = typename Core::template Report<S>;
   template <typename S>
-  using Measurement = Argument<Scalar, measurements_of<S>>;
+  using Measurement = typename Core::template Measurement<S>;
 
-  /// `initial.P`: symmetric positive semidefinite; zero means x is known exactly. `time`: s, of `initial`.
-  /// A bad one does not throw: status() names it, and every step answers it until reset() gives a good one.
-  Filter(Rule rule, D dynamics, const Estimate<Scalar, states>& initial, double time = 0)
-      : rule_(std::move(rule)), dynamics_(std::move(dynamics)), process_noise_(dynamics_) {
-    reset(initial, time);
+  /// `start`: what the method makes its belief of: an Estimate{x, P}, a Box, a state (its docstring says what
+  /// is refused). `time`: s, of `start`. A bad one does not throw: status() names it, and every verb answers
+  /// it until reset() gives a good one.
+  template <typename Start = typename detail::StartOf<Method, Scalar, D>::type>
+  Filter(M method, D dynamics, const Start& start, double time = 0) : core_(std::move(method), dynamics) {
+    reset(start, time);
   }
-
-  template <typename Other, int n>
-    requires(n != states)
-  Filter(Rule rule, D dynamics, const Estimate<Other, n>&, double time = 0)
-      : Filter(std::move(rule), std::move(dynamics), Estimate<Scalar, states>{}, time) {
-    static_assert(n == states, "jml: the estimate has not as many states as the dynamics");
+  /// A method that needs no start, as a box that the first measurements make.
+  Filter(M method, D dynamics) : core_(std::move(method), dynamics) {
+    static_assert(
+        requires { core_.method.start(core_.model, core_.belief); },
+        "jml: this method needs to know where to start: give the filter an estimate");
+    core_.status = core_.method.start(core_.model, core_.belief);
   }
+  /// A method with a memory for measurements: `list` is jml::sensors<…>, the types of all sensors.
+  template <typename Bare, typename... S, typename Start>
+    requires std::is_same_v<typename Bare::template With<Sensors<S...>>, M>
+  Filter(const Bare& method, D dynamics, Sensors<S...>, const Start& start, double time = 0)
+      : Filter(M(method), std::move(dynamics), start, time) {}
 
-  /// Innovation gate for every step and update; off by default.
+  /// Innovation gate for every measurement; off by default. Methods without an innovation matrix do not read
+  /// it.
   Gate gate;
 
-  /// Starts again from another estimate.
-  Status reset(const Estimate<Scalar, states>& estimate, double time) {
-    estimate_ = estimate;
-    time_ = time;
-    kernel::set_zero(control_);
-    status_ = std::isfinite(time) ? check_estimate(rule_, estimate) : Status::invalid_time_step;
-    if (status_ == Status::ok && !process_noise_.valid()) status_ = Status::invalid_disturbance_covariance;
-    return status_;
+  /// Starts again.
+  template <typename Start = typename detail::StartOf<Method, Scalar, D>::type>
+  Status reset(const Start& start, double time) {
+    core_.start(start, time);
+    return core_.status;
   }
 
-  /// Predict over dt and correct with y, the measurement at its end. dt: s, zero or positive; a model that
-  /// reads neither dt nor time may leave it out. control: held over the step. After a refusal the filter
-  /// still stands at its old time: predict(dt) to go on without the measurement.
-  template <typename S>
-  [[nodiscard]] Report<S> step(const S& sensor, const Measurement<S>& y, Scalar dt,
+  /// Predict over dt and correct with y, the measurement at its end. y: p entries, or a number where p = 1.
+  /// dt: s, zero or positive, or at_time(t); a model that reads neither dt nor time may leave it out.
+  /// control: held over the step. After a refusal the filter still stands at its old time: predict(dt) to go
+  /// on without the measurement.
+  template <typename S, typename Step = NoTime>
+  [[nodiscard]] Report<S> step(const S& sensor, const Measurement<S>& y, const Step& dt = {},
                                const Control& control = kernel::zeros<Control>()) {
-    Report<S> report;
-    report.status = status_;
-    if (status_ != Status::ok) return report;
-    State x;
-    Covariance P;
-    kernel::assign(x, estimate_.x);
-    kernel::assign(P, estimate_.P);
-    const At at{time_, dt, control};
-    step_into(rule_, dynamics_, process_noise_, sensor, estimate_, y, at, gate, report, x, P);
-    accept(report.status, x, P, dt);
-    if (usable(report.status)) control_ = control;
-    return report;
-  }
-  template <typename S>
-  [[nodiscard]] Report<S> step(const S& sensor, const Measurement<S>& y) {
-    static_assert(!reads_context<Scalar, D>() && !sensor_reads_context<S, State, At>(),
+    static_assert(detail::require_accepted_sensor<Method, S>());
+    static_assert(!std::is_same_v<Step, NoTime> ||
+                      (!reads_context<Scalar, D>() && !sensor_reads_context<S, State, At>()),
                   "jml: this model reads time, dt or control: pass dt, step(sensor, y, dt)");
-    return step(sensor, y, Scalar(0));
+    return core_.template step<S>(sensor, Core::measured(sensor, y), core_.length(dt), control, gate);
   }
-  /// A single measurement as a plain number.
-  template <typename S>
-    requires(measurements_of<S> <= 1)  // 0: said nowhere, which step() puts into words
-  [[nodiscard]] Report<S> step(const S& sensor, Scalar y, Scalar dt,
+
+  /// Of a continuous method: y a jml::Line, or any function double → Vector of p of the absolute time, smooth
+  /// over the step.
+  template <typename S, Signal<Scalar, SensorTraits<S>::measurements> Y, typename Step>
+  [[nodiscard]] Report<S> step(const S& sensor, const Y& y, const Step& dt,
                                const Control& control = kernel::zeros<Control>()) {
-    return step(sensor, kernel::filled<Measurement<S>>(y), dt, control);
-  }
-  template <typename S>
-    requires(measurements_of<S> <= 1)  // 0: said nowhere, which step() puts into words
-  [[nodiscard]] Report<S> step(const S& sensor, Scalar y) {
-    return step(sensor, kernel::filled<Measurement<S>>(y));
+    static_assert(detail::require_accepted_sensor<Method, S>());
+    return core_.template step<S>(sensor, y, core_.length(dt), control, gate);
   }
 
   /// A step without a measurement.
-  [[nodiscard]] Status predict(Scalar dt, const Control& control = kernel::zeros<Control>()) {
-    if (status_ != Status::ok) return status_;
-    const auto result =
-        jml::detail::call_predict(rule_, dynamics_, process_noise_, estimate_, At{time_, dt, control});
-    accept(result.status, result.estimate.x, result.estimate.P, dt);
-    if (usable(result.status)) control_ = control;
-    return result.status;
-  }
-  [[nodiscard]] Status predict() {
-    static_assert(!reads_context<Scalar, D>(),
+  template <typename Step = NoTime>
+  [[nodiscard]] Status predict(const Step& dt = {}, const Control& control = kernel::zeros<Control>()) {
+    static_assert(!std::is_same_v<Step, NoTime> || !reads_context<Scalar, D>(),
                   "jml: this model reads time, dt or control: pass dt, predict(dt)");
-    return predict(Scalar(0));
+    return core_.predict(core_.length(dt), control);
   }
 
   /// Correct with a measurement of the present time: a second sensor, or after predict(). A sensor that reads
-  /// the control sees that of the last step.
-  template <typename S>
-  [[nodiscard]] Report<S> update(const S& sensor, const Measurement<S>& y) {
-    Report<S> report;
-    report.status = status_;
-    if (status_ != Status::ok) return report;
-    const auto result =
-        jml::detail::call_update(rule_, sensor, estimate_, y, At{time_, Scalar(0), control_}, gate);
-    accept(result.report.status, result.estimate.x, result.estimate.P, Scalar(0));
-    return result.report;
-  }
-  template <typename S>
-    requires(measurements_of<S> <= 1)  // 0: said nowhere, which step() puts into words
-  [[nodiscard]] Report<S> update(const S& sensor, Scalar y) {
-    return update(sensor, kernel::filled<Measurement<S>>(y));
+  /// the control sees that of the last step. `which`: in any order
+  ///   only(0, 2), first(k), finite_rows(y)   the rows of y that were measured; nothing else of y is read
+  ///   at_time(t)    when y was taken, s: the present, or earlier, where the method takes late measurements
+  ///   age(k)        the same, k steps ago
+  /// A time too old for the method: older_than_window. One that has not come yet: invalid_time_step.
+  template <typename S, typename... Which>
+  [[nodiscard]] Report<S> update(const S& sensor, const Measurement<S>& y, const Which&... which) {
+    static_assert(detail::require_accepted_sensor<Method, S>());
+    if constexpr ((std::is_same_v<Which, Rows> || ...)) {
+      static_assert((0 + ... + std::is_same_v<Which, Rows>) == 1, "jml: one set of rows, please");
+      return core_.template correct<S>(part(sensor, std::get<Rows>(std::tuple(which...))), y, gate, which...);
+    } else {
+      return core_.template correct<S>(sensor, y, gate, which...);
+    }
   }
 
-  [[nodiscard]] Status status() const { return status_; }  ///< of the estimate and the constants of the model
-  [[nodiscard]] const State& x() const { return estimate_.x; }
-  [[nodiscard]] const Covariance& P() const { return estimate_.P; }
-  [[nodiscard]] const Estimate<Scalar, states>& estimate() const { return estimate_; }
-  [[nodiscard]] double time() const { return time_; }  ///< s
-  [[nodiscard]] const D& dynamics() const { return dynamics_; }
-  [[nodiscard]] const Rule& rule() const { return rule_; }
+  [[nodiscard]] Status status() const { return core_.status; }  ///< of the start and the model's constants
+  [[nodiscard]] double time() const { return core_.clock.time(); }  ///< s
+  [[nodiscard]] const Belief& belief() const { return core_.belief; }
+  [[nodiscard]] const D& dynamics() const {
+    if constexpr (Core::rolls_back)
+      return core_.belief.dynamics();
+    else
+      return core_.model.dynamics;
+  }
+  [[nodiscard]] const Method& method() const { return core_.method; }
+  [[nodiscard]] Method& method() { return core_.method; }  ///< for its options
+
+  /// The estimate of the present state.
+  [[nodiscard]] decltype(auto) x() const {
+    if constexpr (requires { core_.belief.x(); })
+      return core_.belief.x();
+    else
+      return (core_.belief.x);
+  }
+  /// Its Riccati matrix, n×n: of a symmetric rule the covariance, to first order.
+  [[nodiscard]] decltype(auto) P() const
+    requires detail::HasRiccati<Belief>
+  {
+    if constexpr (requires { core_.belief.P(); })
+      return core_.belief.P();
+    else
+      return (core_.belief.P);
+  }
+  [[nodiscard]] decltype(auto) estimate() const
+    requires detail::HasRiccati<Belief>
+  {
+    if constexpr (std::is_same_v<Belief, Estimate<Scalar, states>>)
+      return (core_.belief);
+    else
+      return Estimate<Scalar, states>{x(), P()};
+  }
+  // Of a method that remembers: `age` steps ago, 0 … depth().
+  [[nodiscard]] decltype(auto) x(int age) const
+    requires detail::HasAges<Belief>
+  {
+    return core_.belief.x(age);
+  }
+  [[nodiscard]] Covariance P(int age) const
+    requires detail::HasAges<Belief>
+  {
+    return core_.belief.P(age);
+  }
+  [[nodiscard]] double time(int age) const
+    requires detail::HasAges<Belief>
+  {
+    return core_.belief.time(age);
+  }
+  [[nodiscard]] int depth() const
+    requires detail::HasAges<Belief>
+  {
+    return core_.belief.depth();
+  }
+  // Of a method that carries a box.
+  [[nodiscard]] decltype(auto) box() const
+    requires requires(const Belief& b) { b.box; }
+  {
+    return (core_.belief.box);
+  }
+
+ protected:
+  Belief& mutable_belief() { return core_.belief; }
 
  private:
-  void accept(Status status, const State& x, const Covariance& P, Scalar dt) {
-    if (!usable(status)) return;
-    kernel::assign(estimate_.x, x);
-    kernel::assign(estimate_.P, P);
-    time_ += static_cast<double>(dt);
-  }
-
-  [[no_unique_address]] Rule rule_;
-  [[no_unique_address]] D dynamics_;
-  detail::ProcessNoise<Scalar, D> process_noise_;
-  Estimate<Scalar, states> estimate_;
-  Control control_ = kernel::zeros<Control>();  // of the last step, for a sensor that reads it
-  double time_ = 0;
-  Status status_ = Status::ok;
+  Core core_;
 };
 
-template <typename Rule, typename D, typename Scalar, int n>
-Filter(Rule, D, const Estimate<Scalar, n>&, double = 0) -> Filter<Rule, D, Scalar>;
+template <typename M, typename D, typename Start>
+Filter(M, D, const Start&, double = 0) -> Filter<M, D, detail::ScalarOf<Start>>;
+template <typename M, typename D>
+Filter(M, D) -> Filter<M, D, double>;
+template <typename M, typename D, typename... S, typename Start>
+Filter(M, D, Sensors<S...>, const Start&, double = 0)
+    -> Filter<typename M::template With<Sensors<S...>>, D, detail::ScalarOf<Start>>;
 
 }  // namespace jml

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What every step reports beside the estimate.
+/// What an estimator reports of a measurement. Every method's report begins with the same fields; what only
+/// one family knows stands in a struct of its own (IteratedReport, LagReport, BoundedReport, FlowReport …).
 #pragma once
 
 #include <cstdint>
@@ -18,58 +19,56 @@ enum class Verdict : std::uint8_t {
   rejected,  ///< it did not pass: the estimate is the prediction
 };
 
-/// One correction, accepted or not.
-template <typename Scalar, int n, int p>
-struct StepReport {
+/// One measurement of p components, used, rejected or refused.
+template <typename Scalar, int p>
+struct Report {
   Status status = Status::ok;
   Verdict gate = Verdict::off;
+  std::int16_t degrees = p;  ///< components of y that were measured, see jml::only()
   Vector<Scalar, p> innovation = kernel::zeros<Vector<Scalar, p>>();  ///< y - m(prediction), units of y
-  Matrix<Scalar, p, p> innovation_matrix =
-      kernel::zeros<Matrix<Scalar, p, p>>();  ///< S = R + E N Dᵀ of the correction; an iterated rule: the
-                                              ///< EKF\'s, at the prediction
-  Matrix<Scalar, n, p> gain = kernel::zeros<Matrix<Scalar, n, p>>();  ///< K = P⁺ Dᵀ R⁻¹
-  // Of an iterated rule only:
-  Solver solver = Solver::none;
-  int iterations = 0;  ///< sweeps or steps of all solvers together
-  Scalar residual =
-      0;  ///< of the two ground-truth lines over the state scale; accepted_at_limit: before the last sweep
-  Scalar cost = 0;  ///< one-step criterion (11) at the root; may be negative where sym(P) is indefinite
-  Vector<Scalar, n> smoothed =
-      kernel::zeros<Vector<Scalar, n>>();  ///< x_{i/i+1}: the previous state, seen from here;
-                                           ///< of a correction alone x itself
+  /// S = R + E N Dᵀ of the correction (an iterated rule: the EKF's, at the prediction). Zero where a method
+  /// has none.
+  Matrix<Scalar, p, p> innovation_matrix = kernel::zeros<Matrix<Scalar, p, p>>();
 
-  /// Normalised innovation squared, innovationᵀ sym(S)⁻¹ innovation. NaN where sym(S) is not positive
-  /// definite, which a nonsymmetric rule may give.
+  /// A report is its status where one is asked for: usable(filter.step(…)).
+  constexpr operator Status() const { return status; }  // NOLINT(google-explicit-constructor): the point
+
+  /// Normalised innovation squared, innovationᵀ sym(S)⁻¹ innovation, of a rejected measurement too; χ² of
+  /// `degrees` for a filter that is right. NaN where sym(S) is not positive definite: a nonsymmetric rule may
+  /// give that, and a method without S.
   [[nodiscard]] Scalar nis() const {
     kernel::SymmetricFactor<Scalar, p> factor;
-    const Matrix<Scalar, p, p> symmetric_part = kernel::symmetric_part(innovation_matrix);
-    if (!factor.factor(symmetric_part)) return std::numeric_limits<Scalar>::quiet_NaN();
+    if (!factor.factor(kernel::symmetric_part(innovation_matrix)))
+      return std::numeric_limits<Scalar>::quiet_NaN();
     return factor.squared_norm(innovation);
+  }
+
+  /// log p(y | all before) of a normal innovation: -½ (NIS + log det S + degrees log 2π). NaN where nis() is.
+  /// Its sum over a flight is what Q and R are tuned by.
+  [[nodiscard]] Scalar log_likelihood() const {
+    kernel::SymmetricFactor<Scalar, p> factor;
+    if (!factor.factor(kernel::symmetric_part(innovation_matrix)))
+      return std::numeric_limits<Scalar>::quiet_NaN();
+    Scalar sum = factor.squared_norm(innovation) + Scalar(degrees) * Scalar(1.8378770664093453);
+    for (int i = 0; i < p; ++i) sum -= std::log(factor.inverse_diagonal(i));
+    return -sum / Scalar(2);
   }
 };
 
-/// The gate's word on a report whose innovation and S are known. False where NIS is undefined.
+/// A correction by a gain.
 template <typename Scalar, int n, int p>
-[[nodiscard]] JML_INLINE inline bool judge(const Gate& gate, StepReport<Scalar, n, p>& report) {
+struct StepReport : Report<Scalar, p> {
+  Matrix<Scalar, n, p> gain = kernel::zeros<Matrix<Scalar, n, p>>();  ///< K = P⁺ Dᵀ R⁻¹
+};
+
+/// The gate's verdict, written into the report. False where NIS is not defined and a gate was asked for.
+template <typename Scalar, int p>
+[[nodiscard]] JML_INLINE inline bool judge(const Gate& gate, Report<Scalar, p>& report) {
   if (gate.off()) return true;
   const Scalar nis = report.nis();
   if (!(nis >= Scalar(0))) return false;
-  report.gate = gate.passes(nis, p) ? Verdict::accepted : Verdict::rejected;
+  report.gate = gate.passes(nis, report.degrees) ? Verdict::accepted : Verdict::rejected;
   return true;
 }
-
-/// A step's answer. On refusal `estimate` is the prior, bit by bit.
-template <typename Scalar, int n, int p>
-struct StepResult {
-  Estimate<Scalar, n> estimate;
-  StepReport<Scalar, n, p> report;
-};
-
-/// A prediction's answer. On refusal `estimate` is the prior, bit by bit.
-template <typename Scalar, int n>
-struct PredictResult {
-  Estimate<Scalar, n> estimate;
-  Status status = Status::ok;
-};
 
 }  // namespace jml

@@ -6,9 +6,9 @@
 /// Unknowns are the states of all nodes, one parameter block each; a disturbance is what a step leaves over.
 /// Ceres has no constraints, and where G Q Gᵀ or P_0 is singular not every difference is a disturbance. So
 /// singular terms are made a little soft, and multipliers take that back over a few rounds (Hold in
-/// interval/ceres_terms.hpp): a softness ε leaves a defect of the order of ε after the first round, of ε² after
-/// the second. A state-dependent G, Q or R is frozen in a round and taken anew before the next, until it
-/// stays.
+/// interval/ceres_terms.hpp): a softness ε leaves a defect of the order of ε after the first round, of ε²
+/// after the second. A state-dependent G, Q or R is frozen in a round and taken anew before the next, until
+/// it stays.
 #pragma once
 
 #include <ceres/solver.h>
@@ -28,7 +28,7 @@ struct CeresOptions {
   /// the start is no trajectory, without what only that adds), or than its rounding. 0:
   /// solver.gradient_tolerance holds, as it is.
   double gradient_tolerance = 1e-12;
-  /// Of the measurements, in place of Batch::options.loss; not owned. Batch::covariance() does not know it.
+  /// Of the measurements, in place of Batch::options.loss; not owned. Batch::P() does not know it.
   ::ceres::LossFunction* loss = nullptr;
   int max_rounds = 50;
   /// Of singular terms: a part of the natural variance of each state. At 1e-8 two rounds do; larger takes
@@ -109,7 +109,7 @@ CeresReport minimise_with_ceres(Interval& interval, const CeresOptions& options)
 }  // namespace detail
 
 /// Minimises J of `batch` from where batch.start says, and writes the answer into it: batch.x(k), batch.w(k),
-/// batch.covariance(k). Nothing is thrown or printed. A model that is not finite along the start, where Ceres
+/// batch.P(k). Nothing is thrown or printed. A model that is not finite along the start, where Ceres
 /// cannot begin: dynamics_not_finite.
 template <typename D, typename List>
 [[nodiscard]] CeresReport solve_with_ceres(Batch<D, List, double>& batch, const CeresOptions& options = {}) {

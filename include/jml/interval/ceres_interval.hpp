@@ -43,7 +43,7 @@ Vector<double, n> natural_size(Store& store) {
     }
     store.visit(j, [&](const auto& record) {
       constexpr int p = measurements_of<std::remove_cvref_t<decltype(record.sensor)>>;
-      const auto at = at_sample(node.at());
+      const auto at = end_of(node.at());
       const Matrix<double, p, n> M = measurement_jacobian(record.sensor, x, at);
       const Matrix<double, p, p> R = noise_covariance(record.sensor, x, at);
       const Eigen::LLT<Matrix<double, p, p>> root(M * P * M.transpose() + R);
@@ -131,7 +131,7 @@ class CeresInterval<D, Sensors<Sensor...>> {
       store_.visit(j, [&](auto& record) {
         constexpr auto type = type_of<std::remove_cvref_t<decltype(record.sensor)>>;
         if (!std::get<type>(terms_)[next[type]++].freeze(x(j), change) ||
-            !record.freeze(x(j), at_sample(node.at())))
+            !record.freeze(x(j), end_of(node.at())))
           status = Status::invalid_noise_covariance;
       });
     }
@@ -240,7 +240,7 @@ class CeresInterval<D, Sensors<Sensor...>> {
       }
       store_.visit(j, [&](const auto& record) {
         auto& terms = std::get<type_of<std::remove_cvref_t<decltype(record.sensor)>>>(terms_);
-        terms.emplace_back(record.sensor, record.y, at_sample(node.at()), unit_);
+        terms.emplace_back(record.sensor, record.y, end_of(node.at()), unit_);
         problem_->AddResidualBlock(&terms.back(), loss_, state(j).data());
       });
     }

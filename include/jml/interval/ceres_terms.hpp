@@ -69,8 +69,8 @@ class StepTerm final : public ::ceres::SizedCostFunction<states_of<D>, states_of
   StepTerm(const D& dynamics, const At& at, const X& unit, const Hold<n>& hold)
       : dynamics_(dynamics), at_(at), unit_(unit), hold_(hold) {}
 
-  X mean_effect = kernel::zeros<X>();        // G w̄
-  X multiplier = kernel::zeros<X>();  // λ
+  X mean_effect = kernel::zeros<X>();  // G w̄
+  X multiplier = kernel::zeros<X>();   // λ
 
   [[nodiscard]] X difference(const X& x, const X& next) const {
     return next - dynamics(dynamics_, x, at_) - mean_effect;

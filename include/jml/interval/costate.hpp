@@ -40,16 +40,14 @@ struct PassSums {
 /// One measurement of the node: mᵀR⁻¹m and -mᵀR⁻¹r.
 template <typename Scalar, int n, int p>
 JML_INLINE inline void add_measurement(const Matrix<Scalar, p, n>& m_x,
-                                                   const kernel::SymmetricFactor<Scalar, p>& R,
-                                                   const Vector<Scalar, p>& residual,
-                                                   CostToGo<Scalar, n>& v) {
+                                       const kernel::SymmetricFactor<Scalar, p>& R,
+                                       const Vector<Scalar, p>& residual, CostToGo<Scalar, n>& v) {
   Matrix<Scalar, n, p> mT, half, scaled, mR;
-  kernel::repeat<p>([&](int j) JML_INLINE {
-    kernel::repeat<n>([&](int i) JML_INLINE { mT(i, j) = m_x(j, i); });
-  });
-  R.right_solve(mT, half, scaled, mR);
-  kernel::add_symmetric_product<1>(v.information, scaled, half, v.information);
-  kernel::add_product<-1>(v.slope, mR, residual, v.slope);
+  kernel::repeat<p>([&](int j)
+                        JML_INLINE { kernel::repeat<n>([&](int i) JML_INLINE { mT(i, j) = m_x(j, i); }); });
+  R.right_solve(mT, half, scaled, mR);                                           // mᵀ R⁻¹
+  kernel::add_symmetric_product<1>(v.information, scaled, half, v.information);  // Λ + mᵀ R⁻¹ m
+  kernel::add_product<-1>(v.slope, mR, residual, v.slope);                       // λ - mᵀ R⁻¹ r
 }
 
 /// The same under a robust loss of slope ρ' and bend β: ρ' mᵀR⁻¹m - β (mᵀR⁻¹r)(mᵀR⁻¹r)ᵀ and -ρ' mᵀR⁻¹r.
@@ -68,28 +66,28 @@ void add_robust_measurement(const Matrix<Scalar, p, n>& m_x, const kernel::Symme
 /// belongs to the earlier node. False where C is not positive definite or not finite.
 template <typename Scalar, int n, int q>
 JML_INLINE inline bool pass_dynamics(const Matrix<Scalar, n, n>& A, const Matrix<Scalar, n, q>& B,
-                                                 const Vector<Scalar, q>& b, Scalar damping,
-                                                 Matrix<Scalar, q, q>* conditional_covariance, CostToGo<Scalar, n>& v,
-                                                 Feedback<Scalar, n, q>& law, PassSums<Scalar>& sums) {
+                                     const Vector<Scalar, q>& b, Scalar damping,
+                                     Matrix<Scalar, q, q>* conditional_covariance, CostToGo<Scalar, n>& v,
+                                     Feedback<Scalar, n, q>& law, PassSums<Scalar>& sums) {
   Vector<Scalar, n> slope;
   kernel::assign(slope, v.slope);
   Matrix<Scalar, n, n> rest;
   bool regular = true;
   if constexpr (q > 0) {
     Matrix<Scalar, n, q> U, half, scaled, right;
-    kernel::product(v.information, B, U);
+    kernel::product(v.information, B, U);  // U = Λ B
     Matrix<Scalar, q, q> C = kernel::zeros<Matrix<Scalar, q, q>>();
     kernel::repeat<q>([&](int i) JML_INLINE { C(i, i) = Scalar(1) + damping; });
-    kernel::add_symmetric_transposed_product<1>(C, B, U, C);
+    kernel::add_symmetric_transposed_product<1>(C, B, U, C);  // C = (1 + μ) I + Bᵀ U
     kernel::SymmetricFactor<Scalar, q> factor;
     regular = factor.factor(C);
-    factor.right_solve(U, half, scaled, right);
+    factor.right_solve(U, half, scaled, right);  // U C⁻¹
     Vector<Scalar, q> g;
-    kernel::add_transposed_product<1>(b, B, slope, g);
-    const Vector<Scalar, q> k = factor.solve(g);
+    kernel::add_transposed_product<1>(b, B, slope, g);  // g = b̃ + Bᵀ λ
+    const Vector<Scalar, q> Cg = factor.solve(g);       // C⁻¹ g = -k
     kernel::repeat<q>([&](int i) JML_INLINE {
-      law.offset(i) = -k(i);
-      sums.decrease += g(i) * k(i) / Scalar(2);
+      law.offset(i) = -Cg(i);
+      sums.decrease += g(i) * Cg(i) / Scalar(2);
       sums.cost += b(i) * b(i) / Scalar(2);
     });
     if (conditional_covariance != nullptr) {
@@ -97,19 +95,19 @@ JML_INLINE inline bool pass_dynamics(const Matrix<Scalar, n, n>& A, const Matrix
         kernel::set_column(*conditional_covariance, j,
                            factor.solve(kernel::column_of(kernel::identity<Matrix<Scalar, q, q>>(), j)));
     }
-    kernel::add_symmetric_product<-1>(v.information, scaled, half, rest);
-    kernel::add_product<-1>(slope, U, k, slope);
+    kernel::add_symmetric_product<-1>(v.information, scaled, half, rest);  // Λ - U C⁻¹ Uᵀ
+    kernel::add_product<-1>(slope, U, Cg, slope);                          // λ + U k
     const Matrix<Scalar, q, n> none = kernel::zeros<Matrix<Scalar, q, n>>();
-    kernel::add_transposed_product<-1>(none, right, A, law.gain);
+    kernel::add_transposed_product<-1>(none, right, A, law.gain);  // K = -C⁻¹ Uᵀ A
   } else {
     kernel::assign(rest, v.information);
   }
   Matrix<Scalar, n, n> restA;
-  kernel::product(rest, A, restA);
+  kernel::product(rest, A, restA);  // (Λ - U C⁻¹ Uᵀ) A
   const Matrix<Scalar, n, n> none = kernel::zeros<Matrix<Scalar, n, n>>();
   const Vector<Scalar, n> zero = kernel::zeros<Vector<Scalar, n>>();
-  kernel::add_symmetric_transposed_product<1>(none, A, restA, v.information);
-  kernel::add_transposed_product<1>(zero, A, slope, v.slope);
+  kernel::add_symmetric_transposed_product<1>(none, A, restA, v.information);  // Λ ← Aᵀ (Λ - U C⁻¹ Uᵀ) A
+  kernel::add_transposed_product<1>(zero, A, slope, v.slope);                  // λ ← Aᵀ (λ + U k)
   return regular;
 }
 
@@ -121,13 +119,13 @@ bool condition(const Matrix<Scalar, n, n>& P, const Matrix<Scalar, n, n>& inform
   const Matrix<Scalar, n, n> L = kernel::SemidefiniteFactor<Scalar, n>(P).L;
   const Matrix<Scalar, n, n> LT = kernel::transposed(L);
   Matrix<Scalar, n, n> LTi, C = kernel::identity<Matrix<Scalar, n, n>>(), half, scaled, right;
-  kernel::product(LT, information, LTi);
-  kernel::add_symmetric_product<1>(C, LTi, LT, C);
+  kernel::product(LT, information, LTi);            // Lᵀ Λ
+  kernel::add_symmetric_product<1>(C, LTi, LT, C);  // C = I + Lᵀ Λ L
   kernel::SymmetricFactor<Scalar, n> factor;
   if (!factor.factor(C)) return false;
-  factor.right_solve(L, half, scaled, right);
+  factor.right_solve(L, half, scaled, right);  // L C⁻¹
   const Matrix<Scalar, n, n> none = kernel::zeros<Matrix<Scalar, n, n>>();
-  kernel::add_symmetric_product<1>(none, scaled, half, out);
+  kernel::add_symmetric_product<1>(none, scaled, half, out);  // L C⁻¹ Lᵀ
   return all_finite(out);
 }
 

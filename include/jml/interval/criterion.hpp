@@ -55,7 +55,7 @@ class Criterion {
     const At at{time_, dt, control};
     const Vector<Scalar, n> f = predicted_state(dynamics_, x_, at);
     bool possible = false;
-    const detail::ProcessNoise<Scalar, D> process_noise(dynamics_);
+    const ProcessNoise<Scalar, D> process_noise(dynamics_);
     const bool valid = process_noise.with(dynamics_, x_, at, [&](const Matrix<Scalar, n, n>& noise) {
       possible = kernel::SemidefiniteFactor<Scalar, n>(noise).squared_norm(next - f, slack(next, f), term_);
     });

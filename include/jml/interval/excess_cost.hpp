@@ -31,7 +31,7 @@ template <typename D, typename List, typename Scalar, int n>
   const auto least = batch.solve();
   if (!usable(least.status)) return {least.status};
   const int last = batch.steps();
-  const Matrix<Scalar, n, n> P = batch.covariance(last);
+  const Matrix<Scalar, n, n> P = batch.P(last);
   if (!all_finite(P)) return {Status::covariance_lost};
   auto& store = batch.recording();
   Vector<Scalar, n> size;

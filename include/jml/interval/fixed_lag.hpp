@@ -8,6 +8,9 @@
 /// system every L is the Kalman filter and its smoother.
 #pragma once
 
+#include <jml/filter/filter.hpp>
+#include <jml/filter/one_pass.hpp>
+#include <jml/filter/when.hpp>
 #include <jml/interval/minimise.hpp>
 #include <jml/interval/window.hpp>
 
@@ -19,203 +22,193 @@ struct LagOptions {
   double tolerance = 1e-6;  ///< stop where the next sweep would move less, see BatchOptions
   Loss loss{};              ///< of the measurements
   bool newton = true;       ///< second derivatives of f and m in the sweeps, see BatchOptions
+  /// Report the innovation matrix, and with it NIS and log-likelihood, without a gate too. It needs P at the
+  /// prediction, a pass through the window: a third of a step's time more.
+  bool judge = false;
 };
 
-/// What a step of a FixedLag answers.
+/// What a fixed-lag estimator reports. innovation_matrix: with a gate or LagOptions::judge only, of a
+/// measurement of the present. status:
+///   ok                     at the tolerance
+///   accepted_at_limit      all sweeps were made, and J is lower: the usual case
+///   accepted_at_prediction no sweep lowered J: the trajectory is the predicted one; the measurement is in
+///                          the window, and the next step goes on from there
+///   accepted_at_rounding   J and its gradient are at the rounding of the states
+///   not_converged          no trial had a finite J: refused
 template <typename Scalar, int p>
-struct LagReport {
-  /// ok: at the tolerance. accepted_at_limit: all sweeps were made, the usual case; where none of them
-  /// lowered J the trajectory is the predicted one, and the next step goes on from there.
-  /// accepted_at_rounding. not_converged: no trial had a finite J.
-  Status status = Status::ok;
-  Verdict gate = Verdict::off;
-  Vector<Scalar, p> innovation = kernel::zeros<Vector<Scalar, p>>();  ///< y - m(prediction), units of y
-  Scalar nis = std::numeric_limits<Scalar>::quiet_NaN();              ///< with a gate only
+struct LagReport : Report<Scalar, p> {
   int sweeps = 0;
   Scalar cost = std::numeric_limits<Scalar>::quiet_NaN();  ///< J of the window, arrival cost included
 };
 
-/// The fixed-lag estimator.
+/// The fixed-lag method.
 ///
-///     jml::FixedLag filter{jml::lag<20>, VanDerPol{}, jml::sensors<SaturatingPosition>, estimate};
-///     const auto report = filter.step(SaturatingPosition{}, y);  // filter.x(), filter.x(age)
-///     const auto late = filter.late(radar, y, 7);                // taken seven steps ago, arrived now
+///     jml::Filter filter{jml::FixedLag<20>{}, VanDerPol{}, jml::sensors<SaturatingPosition>, estimate};
+///     const auto report = filter.step(SaturatingPosition{}, y);     // filter.x(), .x(age), .P(age)
+///     const auto late = filter.update(radar, y, jml::at_time(t));   // or jml::age(7): taken then, here now
 ///
-/// Ages count steps back from the newest state, 0 … depth(). Every refusal leaves the window as it was.
-/// Static memory, no heap, no exceptions. State-dependent G, Q and R are frozen where a step was
-/// predicted.
-template <typename Window, typename D, typename List, typename Scalar = double>
-class FixedLag {
-  using Traits = DynamicsTraits<D>;
-  using Memory = detail::WindowMemory<Window, D, List, Scalar>;
-  static_assert(detail::require_discrete<D>());
-
- public:
-  static constexpr int states = Traits::states;
-  using State = Vector<Scalar, states>;
-  using Covariance = Matrix<Scalar, states, states>;
-  using Control = Argument<Scalar, Traits::controls>;
-  using At = StepContext<Scalar, Traits::controls>;
-  template <typename S>
+/// length: steps in the window. measurements: room for that many of each sensor type at each node. Ages count
+/// steps back from the newest state, 0 … filter.depth(). Static memory, no heap, no exceptions.
+/// State-dependent G, Q and R are frozen where a step was predicted.
+///
+/// A late measurement takes its place at the node of its time, and the window is re-optimised:
+/// older_than_window where that has left, memory_full where the node has no room; no gate. Between two nodes
+/// a state is inserted, which shortens the window by one step: where dynamics and noise read dt, else
+/// invalid_time_step, as the model does not say what a part of a step is. (A measurement seen through f from
+/// the node before would cost no state, and the disturbance in between; this costs none of the accuracy.)
+template <int length, int measurements = 1, typename List = void>
+struct FixedLag {
+  static constexpr bool rolls_back = true, optimal_on_linear = true, symmetric = true;
+  template <typename Sensors>
+  using With = FixedLag<length, measurements, Sensors>;
+  template <typename Scalar, typename D>
+  using Belief = detail::WindowMemory<length, measurements, D, List, Scalar>;
+  template <typename Scalar, typename D, typename S>
   using Report = LagReport<Scalar, measurements_of<S>>;
-  template <typename S>
-  using Measurement = Argument<Scalar, measurements_of<S>>;
 
-  /// As Filter's. `List`: jml::sensors<…>, the types of all sensors.
-  FixedLag(Window, D dynamics, List, const Estimate<Scalar, states>& initial, double time = 0)
-      : memory_(std::move(dynamics)) {
-    reset(initial, time);
-  }
+  explicit FixedLag(const LagOptions& how = {}) : options(how) {}
+  template <typename Other>
+  explicit FixedLag(const FixedLag<length, measurements, Other>& other) : options(other.options) {}
 
   LagOptions options;
-  /// Innovation gate for step() and update(), off by default; with one a step also propagates P through the
-  /// window.
-  Gate gate;
 
-  /// Starts again from another estimate.
-  Status reset(const Estimate<Scalar, states>& estimate, double time) {
-    return status_ = memory_.reset(estimate, time);
-  }
-
-  /// Predict over dt, measure y at its end, re-optimise. Arguments as Filter::step.
-  template <typename S>
-  [[nodiscard]] Report<S> step(const S& sensor, const Measurement<S>& y, Scalar dt,
-                               const Control& control = kernel::zeros<Control>()) {
-    Report<S> report;
-    report.status = grow(At{time(), dt, control});
-    if (report.status != Status::ok) return report;
-    measure(sensor, y, 0, true, report);
-    if (!usable(report.status)) memory_.take_back();
-    return report;
+  template <typename D>
+  static consteval bool accepts() {
+    static_assert(
+        !std::is_void_v<List>,
+        "jml: a fixed lag makes room for measurements: name the sensors, Filter{FixedLag<20>{}, dynamics, "
+        "jml::sensors<…>, estimate}");
+    return detail::require_discrete<D>();
   }
   template <typename S>
-  [[nodiscard]] Report<S> step(const S& sensor, const Measurement<S>& y) {
-    static_assert(!Memory::reads_contexts,
-                  "jml: this model reads time, dt or control: pass dt, step(sensor, y, dt)");
-    return step(sensor, y, Scalar(0));
-  }
-  template <typename S>
-    requires(measurements_of<S> <= 1)  // 0: said nowhere, which step() puts into words
-  [[nodiscard]] Report<S> step(const S& sensor, Scalar y, Scalar dt,
-                               const Control& control = kernel::zeros<Control>()) {
-    return step(sensor, kernel::filled<Measurement<S>>(y), dt, control);
-  }
-  template <typename S>
-    requires(measurements_of<S> <= 1)
-  [[nodiscard]] Report<S> step(const S& sensor, Scalar y) {
-    return step(sensor, kernel::filled<Measurement<S>>(y));
+  static consteval bool accepts_sensor() {
+    return detail::require_sensor<S>() && detail::require_listed<List, S>();
   }
 
-  /// A step without a measurement.
-  [[nodiscard]] Status predict(Scalar dt, const Control& control = kernel::zeros<Control>()) {
-    return grow(At{time(), dt, control});
-  }
-  [[nodiscard]] Status predict() {
-    static_assert(!reads_context<Scalar, D>(),
-                  "jml: this model reads time, dt or control: pass dt, predict(dt)");
-    return predict(Scalar(0));
+  /// As of Ekf.
+  template <typename Belief, typename Scalar, int n>
+  [[nodiscard]] Status start(Belief& window, const Estimate<Scalar, n>& given, double time) const {
+    static_assert(n == states_of<typename Belief::Dynamics>,
+                  "jml: the estimate has not as many states as the dynamics");
+    return window.reset(given, time);
   }
 
-  /// A measurement of the present time.
-  template <typename S>
-  [[nodiscard]] Report<S> update(const S& sensor, const Measurement<S>& y) {
-    Report<S> report;
-    measure(sensor, y, 0, false, report);
-    return report;
-  }
-  template <typename S>
-    requires(measurements_of<S> <= 1)
-  [[nodiscard]] Report<S> update(const S& sensor, Scalar y) {
-    return update(sensor, kernel::filled<Measurement<S>>(y));
-  }
-
-  /// A measurement that was taken `age` steps ago: it takes its place there, and the window is re-optimised.
-  /// older_than_window where that state has left, memory_full where the node has no room. No gate.
-  template <typename S>
-  [[nodiscard]] Report<S> late(const S& sensor, const Measurement<S>& y, int age) {
-    Report<S> report;
-    if (age < 0)
-      report.status = Status::invalid_option;
-    else if (age > depth())
-      report.status = Status::older_than_window;
-    else
-      measure(sensor, y, age, false, report);
-    return report;
-  }
-  template <typename S>
-    requires(measurements_of<S> <= 1)
-  [[nodiscard]] Report<S> late(const S& sensor, Scalar y, int age) {
-    return late(sensor, kernel::filled<Measurement<S>>(y), age);
-  }
-
-  [[nodiscard]] Status status() const { return status_; }  ///< of the estimate and the constants of the model
-  [[nodiscard]] int depth() const { return memory_.last(); }  ///< steps in the window
-  [[nodiscard]] const State& x(int age = 0) const { return memory_.node(depth() - age).x[memory_.now()]; }
-  [[nodiscard]] double time(int age = 0) const { return memory_.time_of(depth() - age); }  ///< s
-  /// To first order about the window's trajectory (Laplace); NaN where it is lost. A pass through the window.
-  [[nodiscard]] Covariance covariance(int age = 0) const {
-    return memory_.covariance(depth() - age, options.loss);
-  }
-  [[nodiscard]] Estimate<Scalar, states> estimate() const { return {x(), covariance()}; }
-  [[nodiscard]] const D& dynamics() const { return memory_.dynamics(); }
-
- private:
-  /// Adds a node at the prediction, or says why not and changes nothing.
-  Status grow(const At& at) {
-    if (status_ != Status::ok) return status_;
-    if (const Status status = detail::check_context(at); status != Status::ok) return status;
-    if (!options_valid()) return Status::invalid_option;
-    if (!memory_.slide(options.loss)) {
-      memory_.take_back();
-      return Status::covariance_lost;
-    }
-    const Status status = memory_.append(at);
-    if (status != Status::ok) memory_.take_back();
+  /// Adds a node at the prediction.
+  template <typename Belief, typename At>
+  [[nodiscard]] Status predict(Belief& window, const At& at) const {
+    if (!valid()) return Status::invalid_option;
+    window.weigh_by(options.loss);
+    Status status = window.slide(options.loss) ? Status::ok : Status::covariance_lost;
+    if (status == Status::ok) status = window.append(at);
+    if (status != Status::ok) window.take_back();
     return status;
   }
-
-  template <typename S>
-  void measure(const S& sensor, const Measurement<S>& y, int age, bool fresh, Report<S>& report) {
-    static_assert(detail::require_listed<List, S>());
-    const auto answer = [&report](Status status) { report.status = status; };
-    if (status_ != Status::ok) return answer(status_);
-    if (!options_valid()) return answer(Status::invalid_option);
-    if (!all_finite(y)) return answer(Status::invalid_measurement);
-    const int node = depth() - age;
-    const auto at_y = detail::at_sample(memory_.node(node).at());
-    report.innovation = measurement_residual(sensor, y, measurement(sensor, x(age), at_y));
-    const auto m_x = measurement_jacobian(sensor, x(age), at_y);
-    if (!all_finite(report.innovation) || !all_finite(m_x)) return answer(Status::sensor_not_finite);
-    if (age == 0 && !gate.off()) {
-      if (!gate.valid()) return answer(Status::invalid_option);
-      const auto R = noise_covariance(sensor, x(), at_y);
-      if (!is_noise_covariance(R)) return answer(Status::invalid_noise_covariance);
-      kernel::SymmetricFactor<Scalar, measurements_of<S>> factor;
-      if (!factor.factor(R + m_x * covariance() * kernel::transposed(m_x)))
-        return answer(Status::singular_innovation);
-      report.nis = factor.squared_norm(report.innovation);
-      report.gate = gate.passes(report.nis, measurements_of<S>) ? Verdict::accepted : Verdict::rejected;
-      if (report.gate == Verdict::rejected) return;
+  template <typename Belief, typename Sample, typename Report>
+  void correct(Belief& window, const Sample& sample, Report& report) const {
+    window.keep();
+    measure(window, window.depth(), sample.sensor, sample.y, sample.gate, report);
+    if (!usable(report.status)) window.restore();
+  }
+  template <typename Belief, typename Sample, typename Report>
+  void step(Belief& window, const Sample& sample, Report& report) const {
+    report.status = predict(window, sample.at);
+    if (report.status != Status::ok) return;
+    correct(window, sample, report);
+    if (!usable(report.status)) window.take_back();
+  }
+  template <typename Belief, typename S, typename Y, typename Report>
+  void correct_late(Belief& window, const S& sensor, const Y& y, const Lateness& late, Report& report) const {
+    const Gate open{};
+    int node = window.depth() - late.steps;
+    double ahead = 0;  // of the node
+    if (late.timed) {
+      const double rounding = 8 * std::numeric_limits<double>::epsilon() * std::abs(late.time);
+      for (node = window.depth(); node > 0 && window.time_of(node) - late.time > rounding;) --node;
+      ahead = late.time - window.time_of(node);
+      if (ahead < -rounding) node = -1;
+      if (ahead <= rounding) ahead = 0;
     }
-    if (const Status status = memory_.add(node, sensor, y); status != Status::ok) return answer(status);
-    const auto found = detail::minimise(
-        memory_, {options.sweeps, options.tolerance, options.loss, options.newton, true}, true, true);
-    report.status = found.status;
-    report.sweeps = found.iterations;
-    report.cost = found.cost;
-    if (!usable(report.status) && !fresh) memory_.template remove_newest<S>(node);
+    if (node < 0) {
+      report.status = Status::older_than_window;
+    } else if (ahead == 0) {
+      window.keep();
+      measure(window, node, sensor, y, open, report);
+      if (!usable(report.status)) window.restore();
+    } else {
+      between(window, node, ahead, sensor, y, report);
+    }
   }
 
-  [[nodiscard]] bool options_valid() const {
+ private:
+  [[nodiscard]] bool valid() const {
     return options.sweeps > 0 && options.tolerance >= 0 && options.tolerance < 1 && options.loss.valid();
   }
 
-  Memory memory_;
-  Status status_ = Status::ok;
-};
+  template <typename Belief, typename S, typename Y, typename Report>
+  void between(Belief& window, int node, double ahead, const S& sensor, const Y& y, Report& report) const {
+    using D = typename Belief::Dynamics;
+    if constexpr (!reads_context<typename Belief::Scalar, D>() || !Belief::noise_follows_dt) {
+      report.status = Status::invalid_time_step;
+    } else {
+      const bool full = window.depth() == Belief::longest;
+      if (full && node == 0) {
+        report.status = Status::older_than_window;
+        return;
+      }
+      if (!window.slide(options.loss)) {
+        window.take_back();
+        report.status = Status::covariance_lost;
+        return;
+      }
+      if (full) --node;
+      window.keep();
+      window.insert(node, ahead);
+      if (window.roll_out(node))
+        measure(window, node + 1, sensor, y, Gate{}, report);
+      else
+        report.status = Status::dynamics_not_finite;
+      if (usable(report.status)) return;
+      window.restore();
+      window.join(node);
+      window.take_back();
+    }
+  }
 
-template <typename Window, typename D, typename... S, typename Scalar, int n>
-FixedLag(Window, D, Sensors<S...>, const Estimate<Scalar, n>&, double = 0)
-    -> FixedLag<Window, D, Sensors<S...>, Scalar>;
+  /// Stores y at a node and re-optimises. On refusal it is not there, and the trajectory anywhere.
+  template <typename Belief, typename S, typename Y, typename Report>
+  void measure(Belief& window, int node, const S& sensor, const Y& y, const Gate& gate,
+               Report& report) const {
+    if constexpr (detail::listed_as_part<List, S>) {
+      measure(window, node, part(sensor, first(64)), y, gate, report);
+    } else {
+      using Scalar = typename Belief::Scalar;
+      constexpr int p = measurements_of<S>;
+      const auto answer = [&report](Status status) { report.status = status; };
+      if (!valid()) return answer(Status::invalid_option);
+      window.weigh_by(options.loss);
+      if (!all_finite(y)) return answer(Status::invalid_measurement);
+      const auto at = end_of(window.node(node).at());
+      const auto& x = window.x(window.depth() - node);
+      report.innovation = measurement_residual(sensor, y, measurement(sensor, x, at));
+      const Matrix<Scalar, p, states_of<typename Belief::Dynamics>> m_x = measurement_jacobian(sensor, x, at);
+      if (!all_finite(report.innovation) || !all_finite(m_x)) return answer(Status::sensor_not_finite);
+      if (node == window.depth() && (options.judge || !gate.off())) {
+        if (!gate.valid()) return answer(Status::invalid_option);
+        const auto R = noise_covariance(sensor, x, at);
+        if (!is_noise_covariance(R)) return answer(Status::invalid_noise_covariance);
+        report.innovation_matrix = R + m_x * window.P() * kernel::transposed(m_x);
+        if (!judge(gate, report)) return answer(Status::singular_innovation);
+        if (report.gate == Verdict::rejected) return;
+      }
+      if (const Status status = window.add(node, sensor, y); status != Status::ok) return answer(status);
+      const auto found = detail::minimise(
+          window, {options.sweeps, options.tolerance, options.loss, options.newton, true}, true, true);
+      report.status = found.status;
+      report.sweeps = found.iterations;
+      report.cost = found.cost;
+      if (!usable(report.status)) window.template remove_newest<S>(node);
+    }
+  }
+};
 
 }  // namespace jml

@@ -79,13 +79,13 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
     ++report.iterations;
     const bool full = newton && !infeasible && sweep.template backward<Curvature::full, false>(damping, sums);
     const bool valid = full || (infeasible ? sweep.template backward<Curvature::none, true>(damping, sums)
-                                      : sweep.template backward<Curvature::none, false>(damping, sums));
+                                           : sweep.template backward<Curvature::none, false>(damping, sums));
     if (!valid) {
       if (!infeasible) {
         // This trajectory cannot be linearised. The one before it could, and is still there.
         const Status why = sweep.diagnose();
         if (accepted > 0) {
-          store.flip();
+          store.flip_back();
           report.cost = cost_before;
           --accepted;
         }
@@ -160,7 +160,7 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
   }
   if (report.status == Status::not_converged && options.accept_at_limit && (accepted > 0 || defined) &&
       report.iterations >= options.max_iterations) {
-    report.status = Status::accepted_at_limit;
+    report.status = once && accepted == 0 ? Status::accepted_at_prediction : Status::accepted_at_limit;
   }
   return report;
 }

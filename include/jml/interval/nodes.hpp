@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// What an interval of the criterion J (Rusnak 2015, eq. (5)) consists of: a prior, nodes, and the
-/// measurements of each node. Batch keeps it in reserved memory, FixedLag in static memory; interval/sweep.hpp
-/// works on either.
+/// measurements of each node. Batch keeps it in reserved memory, FixedLag in static memory;
+/// interval/sweep.hpp works on either.
 #pragma once
 
-#include <jml/model/sensors.hpp>
+#include <array>
 #include <jml/interval/costate.hpp>
-#include <jml/riccati/difference.hpp>
 #include <jml/interval/noise_root.hpp>
+#include <jml/model/sensors.hpp>
+#include <jml/riccati/difference.hpp>
 #include <tuple>
 
 namespace jml::detail {
@@ -16,16 +17,24 @@ namespace jml::detail {
 /// Takes no room where a model does not need it.
 struct Nothing {};
 
-/// A state and the step that leads to it. Two of each, so that a trial never touches the nominal.
-template <typename Scalar, typename D, bool keeps_context>
+/// Zeros.
+template <int copies, typename V>
+std::array<V, copies> copies_of() {
+  std::array<V, copies> out;
+  out.fill(kernel::zeros<V>());
+  return out;
+}
+
+/// A state and the step that leads to it. Two of each, so that a trial never touches the nominal; or three,
+/// so that a whole minimisation can be taken back.
+template <typename Scalar, typename D, bool keeps_context, int copies = 2>
 struct IntervalNode {
   using Root = NoiseRoot<Scalar, D>;
   static constexpr int n = Root::n, q = Root::q;
   using At = typename Root::At;
 
-  Vector<Scalar, n> x[2] = {kernel::zeros<Vector<Scalar, n>>(), kernel::zeros<Vector<Scalar, n>>()};
-  Vector<Scalar, q> b[2] = {kernel::zeros<Vector<Scalar, q>>(),
-                            kernel::zeros<Vector<Scalar, q>>()};  // whitened disturbance
+  std::array<Vector<Scalar, n>, copies> x = copies_of<copies, Vector<Scalar, n>>();
+  std::array<Vector<Scalar, q>, copies> b = copies_of<copies, Vector<Scalar, q>>();  // whitened disturbance
   Feedback<Scalar, n, q> law{};
   [[no_unique_address]] std::conditional_t<Root::constant, Nothing, Root> noise{};
   [[no_unique_address]] std::conditional_t<keeps_context, At, Nothing> context{};
@@ -43,11 +52,7 @@ struct IntervalNode {
 template <typename Scalar, int n, typename S, typename At>
 struct Record {
   static constexpr int p = measurements_of<S>;
-  static constexpr bool varies = requires(const S& s, const Vector<Scalar, n>& x) {
-    SensorTraits<S>::noise_covariance(s, x);
-  } || requires(const S& s, const Vector<Scalar, n>& x, const At& at) {
-    SensorTraits<S>::noise_covariance(s, x, at);
-  };
+  static constexpr bool varies = !ConstantHook<hooks::NoiseCovariance, S, Vector<Scalar, n>, At>;
 
   [[no_unique_address]] S sensor;
   Vector<Scalar, p> y = kernel::zeros<Vector<Scalar, p>>();
@@ -66,23 +71,22 @@ template <typename Scalar, typename D, typename List>
 constexpr bool keeps_context = true;
 template <typename Scalar, typename D, typename... S>
 constexpr bool keeps_context<Scalar, D, Sensors<S...>> =
-    reads_context<Scalar, D>() ||
-    (sensor_reads_context<S, Vector<Scalar, states_of<D>>, StepContext<Scalar, DynamicsTraits<D>::controls>>() ||
-     ...);
+    reads_context<Scalar, D>() || (sensor_reads_context<S, Vector<Scalar, states_of<D>>,
+                                                        StepContext<Scalar, DynamicsTraits<D>::controls>>() ||
+                                   ...);
 
 /// x̂_0, P_0 = L Lᵀ, and the whitened offset a of the nominal x_0 = x̂_0 + L a.
-template <typename Scalar, int n>
+template <typename Scalar, int n, int copies = 2>
 struct Prior {
   Vector<Scalar, n> x = kernel::zeros<Vector<Scalar, n>>();
   Matrix<Scalar, n, n> L = kernel::zeros<Matrix<Scalar, n, n>>();
-  Vector<Scalar, n> a[2] = {kernel::zeros<Vector<Scalar, n>>(), kernel::zeros<Vector<Scalar, n>>()};
+  std::array<Vector<Scalar, n>, copies> a = copies_of<copies, Vector<Scalar, n>>();
   Vector<Scalar, n> law = kernel::zeros<Vector<Scalar, n>>();  // δa of the last backward pass
 
   void set(const Estimate<Scalar, n>& estimate) {
     x = estimate.x;
     L = kernel::SemidefiniteFactor<Scalar, n>(estimate.P).L;
-    kernel::set_zero(a[0]);
-    kernel::set_zero(a[1]);
+    a = copies_of<copies, Vector<Scalar, n>>();
   }
 };
 
@@ -91,6 +95,25 @@ template <typename Scalar, int n>
 struct Terminal {
   Vector<Scalar, n> target = kernel::zeros<Vector<Scalar, n>>();
   Matrix<Scalar, n, n> weight = kernel::zeros<Matrix<Scalar, n, n>>();
+};
+
+/// What the two passes of interval/sweep.hpp and the minimisation ask of an interval's memory: its nodes, the
+/// measurements of each (visit(j, use), use(record)), the root of the noise of the step to node j ≥ 1, the
+/// prior, a terminal or null, and which of the copies of each node is the nominal, and which the trial.
+template <typename Store>
+concept IntervalStore = requires(Store& store, int j) {
+  typename Store::Dynamics;
+  typename Store::Number;
+  store.dynamics();
+  store.last();
+  store.node(j).law;
+  store.root(j).B;
+  store.prior().law;
+  store.terminal();
+  store.now();
+  store.next();
+  store.flip();
+  store.flip_back();
 };
 
 }  // namespace jml::detail

@@ -35,7 +35,7 @@ struct NoiseRoot {
     if constexpr (q > 0) {
       Matrix<Scalar, q, q> L;
       if (!root_of_covariance(d, x, at, L)) return false;
-      kernel::product(disturbance_input(d, x, at), L, B);
+      kernel::product(disturbance_input(d, x, at), L, B);  // B = G L
     }
     if constexpr (has_mean) mean_effect = predicted_state(d, x, at) - dynamics(d, x, at);
     return all_finite(B) && all_finite(mean_effect);

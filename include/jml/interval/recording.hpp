@@ -35,40 +35,48 @@ class Recording<D, Sensors<S...>, Scalar> {
   using Number = Scalar;
   static constexpr bool reads_contexts = keeps_context<Scalar, D, List>;
 
-  Recording(D dynamics, const Estimate<Scalar, n>& prior, double time, Capacity capacity)
-      : dynamics_(std::move(dynamics)), estimate_(prior) {
+  explicit Recording(D dynamics) : dynamics_(std::move(dynamics)) {}
+
+  /// Reserves the memory, and begins with node 0.
+  Status start(const Estimate<Scalar, n>& prior, double time, Capacity capacity) {
+    estimate_ = prior;
     status_ = std::isfinite(time) ? check_estimate(Ekf<>{}, prior) : Status::invalid_time_step;
     if constexpr (Root::constant) {
       if (!root_.form(dynamics_, kernel::zeros<X>(), At{}) && status_ == Status::ok)
         status_ = Status::invalid_disturbance_covariance;
     }
     const bool sensible = capacity.steps >= 0 && capacity.steps <= (1 << 30) && capacity.measurements >= -1;
-    if (capacity.measurements < 0) capacity.measurements = capacity.steps + 1;
+    if (capacity.measurements < 0 && sensible) capacity.measurements = capacity.steps + 1;
     if (!sensible) {
       capacity = {0, 0};
       status_ = Status::invalid_option;
     }
-    nodes_.reserve(static_cast<std::size_t>(capacity.steps) + 1);
-    conditional_covariances_.resize(static_cast<std::size_t>(capacity.steps) + 1, kernel::zeros<Matrix<Scalar, q, q>>());
-    (std::get<std::vector<Record<Scalar, n, S, At>>>(records_).reserve(
-         static_cast<std::size_t>(capacity.measurements)),
-     ...);
+    const auto nodes = static_cast<std::size_t>(capacity.steps) + 1;
     steps_ = capacity.steps;
     measurements_ = static_cast<std::size_t>(capacity.measurements);
-    times_.reserve(static_cast<std::size_t>(capacity.steps) + 1);
+    nodes_.clear();
+    nodes_.reserve(nodes);
+    conditional_covariances_.assign(nodes, kernel::zeros<Matrix<Scalar, q, q>>());
+    times_.clear();
+    times_.reserve(nodes);
+    (std::get<vector_of<S>>(records_).clear(), ...);
+    (std::get<vector_of<S>>(records_).reserve(measurements_), ...);
+    last_ = now_ = 0;
     times_.push_back(time);
     nodes_.emplace_back();
     nodes_[0].x[0] = prior.x;
     if constexpr (reads_contexts) nodes_[0].context.time = time;
     if (status_ == Status::ok) prior_.set(prior);
+    return status_;
   }
+  [[nodiscard]] const X& x() const { return node(last_).x[now_]; }
 
   /// A node after the last; its state starts as that of the node before.
   Status append(const At& at) {
     if (status_ != Status::ok) return status_;
     if (const Status status = check_context(at); status != Status::ok) return status;
     if (last() >= steps_) return Status::memory_full;
-    times_.push_back(at_sample(at).time);
+    times_.push_back(end_of(at).time);
     nodes_.emplace_back();
     ++last_;
     auto& node = nodes_.back();
@@ -80,7 +88,6 @@ class Recording<D, Sensors<S...>, Scalar> {
   /// What append() of this measurement would answer.
   template <typename Sensor>
   Status check(const Sensor& sensor, const Vector<Scalar, measurements_of<Sensor>>& y) const {
-    static_assert(require_listed<List, Sensor>());
     if (status_ != Status::ok) return status_;
     if (!all_finite(y)) return Status::invalid_measurement;
     if (std::get<vector_of<Sensor>>(records_).size() >= measurements_) return Status::memory_full;
@@ -106,16 +113,16 @@ class Recording<D, Sensors<S...>, Scalar> {
   [[nodiscard]] const Estimate<Scalar, n>& estimate() const { return estimate_; }
   [[nodiscard]] JML_INLINE int last() const { return last_; }
   [[nodiscard]] JML_INLINE auto& node(int j) { return nodes_[static_cast<std::size_t>(j)]; }
-  [[nodiscard]] JML_INLINE const auto& node(int j) const {
-    return nodes_[static_cast<std::size_t>(j)];
-  }
+  [[nodiscard]] JML_INLINE const auto& node(int j) const { return nodes_[static_cast<std::size_t>(j)]; }
   [[nodiscard]] JML_INLINE const Root& root([[maybe_unused]] int j) const {
     if constexpr (Root::constant)
       return root_;
     else
       return node(j).noise;
   }
-  [[nodiscard]] auto& conditional_covariance(int j) { return conditional_covariances_[static_cast<std::size_t>(j)]; }
+  [[nodiscard]] auto& conditional_covariance(int j) {
+    return conditional_covariances_[static_cast<std::size_t>(j)];
+  }
   [[nodiscard]] auto& prior() { return prior_; }
   [[nodiscard]] const Terminal<Scalar, n>* terminal() const { return has_terminal_ ? &terminal_ : nullptr; }
   void end_near(const Terminal<Scalar, n>& terminal) {
@@ -124,7 +131,9 @@ class Recording<D, Sensors<S...>, Scalar> {
   }
   void end_anywhere() { has_terminal_ = false; }
   [[nodiscard]] int now() const { return now_; }
-  void flip() { now_ = 1 - now_; }
+  [[nodiscard]] int next() const { return 1 - now_; }
+  void flip() { now_ = next(); }
+  void flip_back() { now_ = 1 - now_; }
   [[nodiscard]] double time_of(int j) const { return times_[static_cast<std::size_t>(j)]; }
 
   /// use(record) for the measurements of node j, in the order of the sensor types.
@@ -160,7 +169,7 @@ class Recording<D, Sensors<S...>, Scalar> {
   std::size_t measurements_ = 0;
   std::vector<RecordedNode> nodes_;
   std::vector<double> times_;
-  std::vector<Matrix<Scalar, q, q>> conditional_covariances_;  // C⁻¹ of a step; apart, as only covariances() reads it
+  std::vector<Matrix<Scalar, q, q>> conditional_covariances_;  // C⁻¹ of a step, for covariances() alone
   std::tuple<vector_of<S>...> records_;
   Status status_ = Status::ok;
 };

@@ -3,6 +3,7 @@
 /// Where the minimisation of J over an interval begins.
 #pragma once
 
+#include <jml/filter/one_pass.hpp>
 #include <jml/interval/nodes.hpp>
 
 namespace jml {
@@ -20,17 +21,20 @@ namespace detail {
 template <typename Store, typename Scalar, int n>
 void start_at_filter(Store& store, const Estimate<Scalar, n>& prior) {
   using D = typename Store::Dynamics;
-  const ProcessNoise<Scalar, D> noise(store.dynamics());
-  Estimate<Scalar, n> estimate = prior;
+  const NoisyDynamics<Scalar, D> model(store.dynamics());
+  const OnePass<Ekf<>> ekf;
+  Estimate<Scalar, n> estimate = prior, next;
   for (int j = 0; j <= store.last(); ++j) {
     auto& node = store.node(j);
     if (j > 0) {
-      const auto predicted = predict(Ekf<>{}, store.dynamics(), noise, estimate, node.at());
-      if (predicted.status == Status::ok) estimate = predicted.estimate;
+      if (ekf.predict(model, estimate, node.at(), next) == Status::ok) estimate = next;
     }
     store.visit(j, [&](const auto& record) {
-      const auto updated = update(Ekf<>{}, record.sensor, estimate, record.y, at_sample(node.at()));
-      if (updated.report.status == Status::ok) estimate = updated.estimate;
+      using Record = std::remove_cvref_t<decltype(record)>;
+      StepReport<Scalar, n, Record::p> report;
+      const auto at = end_of(node.at());
+      ekf.correct(model, estimate, Sample{record.sensor, record.y, at, Gate{}}, next, report);
+      if (report.status == Status::ok) estimate = next;
     });
     node.x[store.now()] = estimate.x;
   }

@@ -8,19 +8,14 @@
 /// memory are linear in the number of steps.
 #pragma once
 
-#include <jml/interval/nodes.hpp>
 #include <jml/interval/loss.hpp>
+#include <jml/interval/nodes.hpp>
+#include <jml/interval/record_terms.hpp>
 #include <jml/model/hessian.hpp>
 
 namespace jml::detail {
 
-/// What the backward pass takes for the curvature of f and m: none, or their second derivatives (Newton),
-/// where the quadratic model may turn out to have no minimum.
-enum class Curvature { none, full };
-
-/// Store: last(), node(j), visit(j, f) with f(record), dynamics(), root(j) with j ≥ 1, prior(), terminal()
-/// (null for none), now() (which of the two of each is the nominal).
-template <typename Store>
+template <IntervalStore Store>
 class Sweep {
   using D = typename Store::Dynamics;
   using Scalar = typename Store::Number;
@@ -44,7 +39,7 @@ class Sweep {
       store_.visit(j, [&](auto& record) {
         if constexpr (std::remove_reference_t<decltype(record)>::varies) {
           const auto before = record.R;
-          if (!record.freeze(node.x[now], at_sample(node.at()))) status = Status::invalid_noise_covariance;
+          if (!record.freeze(node.x[now], end_of(node.at()))) status = Status::invalid_noise_covariance;
           compare(before.inverse_diagonal, record.R.inverse_diagonal);
           compare(before.lower, record.R.lower);  // correlations
         }
@@ -62,9 +57,9 @@ class Sweep {
     return status;
   }
 
-  /// Backward from the last node: fills every law, and `sums`. `infeasible`: the nominal states are a guess that
-  /// no disturbance needs to lead along; b̃ is zero, and sums.cost means nothing. `keep`: covariances() will
-  /// be asked. False where a number is not finite or the quadratic model has no minimum.
+  /// Backward from the last node: fills every law, and `sums`. `infeasible`: the nominal states are a guess
+  /// that no disturbance needs to lead along; b̃ is zero, and sums.cost means nothing. `keep`: covariances()
+  /// will be asked. False where a number is not finite or the quadratic model has no minimum.
   template <Curvature curvature, bool infeasible, bool keep = false>
   [[nodiscard]] bool backward(Scalar damping, PassSums<Scalar>& total) {
     const int now = store_.now();
@@ -83,8 +78,8 @@ class Sweep {
       X x;
       kernel::assign(x, node.x[now]);
       store_.visit(j, [&](const auto& record) JML_INLINE {
-        add_record<curvature, curvature == Curvature::full || keep>(record, loss, x, at_sample(node.at()),
-                                                                    sums, v);
+        add_record<curvature, curvature == Curvature::full || keep>(record, loss, x, end_of(node.at()), sums,
+                                                                    v);
       });
       if (j == 0) break;
       X previous;
@@ -98,7 +93,7 @@ class Sweep {
       Vector<Scalar, q> b = kernel::zeros<Vector<Scalar, q>>();
       if constexpr (infeasible) {
         const X defect = dynamics(store_.dynamics(), previous, node.at()) + root.mean_effect - x;
-        kernel::add_product<1>(v.slope, v.information, defect, v.slope);
+        kernel::add_product<1>(v.slope, v.information, defect, v.slope);  // λ + Λ (f + G w̄ - x)
       } else {
         kernel::assign(b, node.b[now]);
       }
@@ -115,20 +110,20 @@ class Sweep {
   /// a number is not finite.
   template <bool infeasible>
   [[nodiscard]] Scalar forward(Scalar& step) {
-    const int now = store_.now(), next = 1 - now;
+    const int now = store_.now(), next = store_.next();
     const Loss loss = loss_;
     auto& prior = store_.prior();
     prior.a[next] = infeasible ? prior.law : X(prior.a[now] + prior.law);
     Scalar cost = kernel::squared_norm(prior.a[next]) / Scalar(2);
     Scalar moved = kernel::squared_norm(prior.law);
     X x;
-    kernel::add_product<1>(prior.x, prior.L, prior.a[next], x);
+    kernel::add_product<1>(prior.x, prior.L, prior.a[next], x);  // x_0 = x̂_0 + L a
     for (int j = 0;; ++j) {
       auto& node = store_.node(j);
       kernel::assign(node.x[next], x);
       store_.visit(j, [&](const auto& record) JML_INLINE {
-        const auto residual = measurement_residual(record.sensor, record.y,
-                                                   measurement(record.sensor, x, at_sample(node.at())));
+        const auto residual =
+            measurement_residual(record.sensor, record.y, measurement(record.sensor, x, end_of(node.at())));
         cost += loss(record.R.squared_norm(residual)).rho / Scalar(2);
       });
       if (j == store_.last()) break;
@@ -139,16 +134,15 @@ class Sweep {
       Vector<Scalar, q> nominal = kernel::zeros<Vector<Scalar, q>>(), start, b;
       if constexpr (!infeasible) kernel::assign(nominal, following.b[now]);
       kernel::add_scaled(start, nominal, Scalar(1), following.law.offset);
-      kernel::add_product<1>(start, following.law.gain, off, b);
-      kernel::repeat<q>(
-          [&](int i) JML_INLINE { moved += (b(i) - nominal(i)) * (b(i) - nominal(i)); });
+      kernel::add_product<1>(start, following.law.gain, off, b);  // b = b̃ + k + K (x - x̃)
+      kernel::repeat<q>([&](int i) JML_INLINE { moved += (b(i) - nominal(i)) * (b(i) - nominal(i)); });
       kernel::assign(following.b[next], b);
       kernel::repeat<q>([&](int i) JML_INLINE { cost += b(i) * b(i) / Scalar(2); });
       const auto& root = store_.root(j + 1);
       X f;
       kernel::assign(f, dynamics(store_.dynamics(), x, following.at()));
       if constexpr (NoiseRoot<Scalar, D>::has_mean) f += root.mean_effect;
-      kernel::add_product<1>(f, root.B, b, x);
+      kernel::add_product<1>(f, root.B, b, x);  // x⁺ = f + G w̄ + B b
     }
     if (const Terminal<Scalar, n>* end = store_.terminal()) {
       const X off = x - end->target;
@@ -185,7 +179,7 @@ class Sweep {
     for (int j = store_.last();; --j) {
       auto& node = store_.node(j);
       store_.visit(j, [&](const auto& record) {
-        add_record<Curvature::none, false>(record, loss_, node.x[now], at_sample(node.at()), unused, v);
+        add_record<Curvature::none, false>(record, loss_, node.x[now], end_of(node.at()), unused, v);
       });
       if (j == 0) break;
       sum += kernel::squared_norm(node.b[now] + kernel::transposed(store_.root(j).B) * v.slope);
@@ -208,7 +202,7 @@ class Sweep {
       const X x = node.x[now];
       if (!all_finite(x)) return Status::dynamics_not_finite;
       store_.visit(j, [&](const auto& record) {
-        const auto at = at_sample(node.at());
+        const auto at = end_of(node.at());
         if (!all_finite(measurement(record.sensor, x, at)) ||
             !all_finite(measurement_jacobian(record.sensor, x, at)))
           status = Status::sensor_not_finite;
@@ -237,57 +231,17 @@ class Sweep {
       const auto& root = store_.root(j + 1);
       Matrix<Scalar, n, n> closed, closedP, noise = kernel::zeros<Matrix<Scalar, n, n>>();
       Matrix<Scalar, n, q> BC;
-      kernel::add_product<1>(A, root.B, following.law.gain, closed);
-      kernel::product(root.B, store_.conditional_covariance(j + 1), BC);
-      kernel::add_symmetric_product<1>(noise, BC, root.B, noise);
-      kernel::product(closed, P, closedP);
-      kernel::add_symmetric_product<1>(noise, closedP, closed, P);
+      kernel::add_product<1>(A, root.B, following.law.gain, closed);      // A + B K
+      kernel::product(root.B, store_.conditional_covariance(j + 1), BC);  // B C⁻¹
+      kernel::add_symmetric_product<1>(noise, BC, root.B, noise);         // B C⁻¹ Bᵀ
+      kernel::product(closed, P, closedP);                                // (A + B K) P
+      kernel::add_symmetric_product<1>(noise, closedP, closed, P);        // P⁺
     }
   }
 
  private:
-  /// `bent`: with the loss's own curvature, which may leave none along an outlier. Without it a plain pass
-  /// takes shorter steps that lower J.
-  template <Curvature curvature, bool bent, typename Record, typename At>
-  JML_INLINE static void add_record(const Record& record, const Loss& loss, const X& x,
-                                                const At& at, PassSums<Scalar>& sums,
-                                                CostToGo<Scalar, n>& v) {
-    constexpr int p = Record::p;
-    const Vector<Scalar, p> residual =
-        measurement_residual(record.sensor, record.y, measurement(record.sensor, x, at));
-    const Scalar s = record.R.squared_norm(residual);
-    auto value = typename Loss::template Value<Scalar>{s, Scalar(1), Scalar(0)};
-    if (loss.kind != Loss::Kind::none) value = loss(s);
-    Matrix<Scalar, p, n> m_x;
-    if constexpr (curvature == Curvature::full) {
-      Vector<Scalar, p> weights;
-      kernel::scale(weights, -value.slope, record.R.solve(residual));
-      Matrix<Scalar, n, n> bend;
-      measurement_jacobian_and_hessian(record.sensor, x, weights, at, m_x, bend);
-      add_symmetric(v.information, bend);
-    } else {
-      m_x = measurement_jacobian(record.sensor, x, at);
-    }
-    sums.cost += value.rho / Scalar(2);
-    if (loss.kind == Loss::Kind::none)
-      add_measurement(m_x, record.R, residual, v);
-    else
-      add_robust_measurement(m_x, record.R, residual, value.slope, bent ? value.bend : Scalar(0), v);
-  }
-
-  /// a += sym(b).
-  JML_INLINE static void add_symmetric(Matrix<Scalar, n, n>& a, const Matrix<Scalar, n, n>& b) {
-    kernel::repeat<n>([&](int j) JML_INLINE {
-      a(j, j) += b(j, j);
-      for (int i = j + 1; i < n; ++i) {
-        a(i, j) += (b(i, j) + b(j, i)) / Scalar(2);
-        a(j, i) = a(i, j);
-      }
-    });
-  }
-
   JML_NOINLINE bool at_prior(bool infeasible, Scalar damping, const CostToGo<Scalar, n>& v,
-                                  PassSums<Scalar>& sums) {
+                             PassSums<Scalar>& sums) {
     auto& prior = store_.prior();
     const int now = store_.now();
     const X a = infeasible ? X(kernel::zeros<X>()) : prior.a[now];
@@ -304,8 +258,8 @@ class Sweep {
     sums.decrease -= kernel::dot(g, prior.law) / Scalar(2);
     sums.cost += kernel::squared_norm(a) / Scalar(2);
     Matrix<Scalar, n, n> half, scaled, right, none = kernel::zeros<Matrix<Scalar, n, n>>();
-    factor.right_solve(prior.L, half, scaled, right);
-    kernel::add_symmetric_product<1>(none, scaled, half, initial_);
+    factor.right_solve(prior.L, half, scaled, right);                // L C⁻¹
+    kernel::add_symmetric_product<1>(none, scaled, half, initial_);  // P_0 given all data: L C⁻¹ Lᵀ
     return all_finite(prior.law) && std::isfinite(sums.decrease);
   }
 

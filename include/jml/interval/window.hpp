@@ -9,47 +9,56 @@
 
 #include <array>
 #include <cstdint>
-#include <jml/interval/nodes.hpp>
-#include <jml/interval/loss.hpp>
+#include <jml/interval/linearised.hpp>
 
 namespace jml {
 
-/// Window of a FixedLag: `length` steps, and room for `measurements` of each sensor type at each node.
-template <int length_, int measurements_ = 1>
-struct Lag {
-  static_assert(length_ >= 1 && measurements_ >= 1, "jml: a lag is at least one step with one measurement");
-  static constexpr int length = length_, measurements = measurements_;
-};
-template <int length, int measurements = 1>
-inline constexpr Lag<length, measurements> lag{};
-
 namespace detail {
 
-template <typename Window, typename D, typename List, typename Scalar>
+/// `length` steps, and room for `measurements` of each sensor type at each node.
+template <int length, int measurements, typename D, typename List, typename Scalar>
 class WindowMemory;
 
 /// A store of interval/sweep.hpp.
-template <typename Window, typename D, typename... S, typename Scalar>
-class WindowMemory<Window, D, Sensors<S...>, Scalar> {
+template <int length, int measurements, typename D, typename... S, typename Scalar_>
+class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
+  static_assert(length >= 1 && measurements >= 1, "jml: a lag is at least one step with one measurement");
   using List = Sensors<S...>;
+
+ public:
+  using Scalar = Scalar_;
+
+ private:
   static constexpr int n = states_of<D>;
-  static constexpr int size = Window::length + 2;  // one more than a full window: a step may be taken back
+  static constexpr int size = length + 2;  // one more than a full window: a step may be taken back
   using X = Vector<Scalar, n>;
   using Covariance = Matrix<Scalar, n, n>;
   using Root = NoiseRoot<Scalar, D>;
   using At = typename Root::At;
   template <typename Sensor>
-  using Slots = std::array<Record<Scalar, n, Sensor, At>, static_cast<std::size_t>(Window::measurements)>;
+  using Slots = std::array<Record<Scalar, n, Sensor, At>, static_cast<std::size_t>(measurements)>;
 
  public:
   using Dynamics = D;
   using Number = Scalar;
+  static constexpr int longest = length;
+  static constexpr bool noise_follows_dt = Root::q == 0 || !Root::constant;
   static constexpr bool reads_contexts = keeps_context<Scalar, D, List>;
 
   explicit WindowMemory(D dynamics) : dynamics_(std::move(dynamics)) {}
 
+  // The belief, as Filter shows it; ages count steps back from the newest state.
+  [[nodiscard]] const X& x(int age = 0) const { return node(last_ - age).x[now_]; }
+  /// To first order about the window's trajectory (Laplace); NaN where it is lost. A pass through the window.
+  [[nodiscard]] Covariance P(int age = 0) const {
+    return linearised_covariance(*this, Estimate<Scalar, n>{prior_.x, P_}, last_ - age, loss_);
+  }
+  [[nodiscard]] double time(int age = 0) const { return time_of(last_ - age); }  ///< s
+  [[nodiscard]] int depth() const { return last_; }                              ///< steps in the window
+  void weigh_by(const Loss& loss) { loss_ = loss; }
+
   Status reset(const Estimate<Scalar, n>& estimate, double time) {
-    first_ = last_ = now_ = 0;
+    first_ = last_ = now_ = kept_ = 0;
     clear(node(0), {});
     node(0).x[0] = estimate.x;
     node(0).context.time = time;
@@ -65,12 +74,12 @@ class WindowMemory<Window, D, Sensors<S...>, Scalar> {
   /// Makes room for a node, sliding if the window is full. False where the arrival cost would be lost.
   bool slide(const Loss& loss) {
     saved_ = {prior_, P_, first_, last_, node(last_ > 0 ? 1 : 0).count};
-    slid_ = last_ == Window::length;
+    slid_ = last_ == length;
     if (!slid_) return true;
     Estimate<Scalar, n> arrival{prior_.x, P_};
-    if (!absorb(0, loss, arrival)) return false;
-    advance(1, arrival);
-    if (!absorb(1, loss, arrival)) return false;
+    if (!linearised_correction(*this, 0, loss, arrival)) return false;
+    linearised_step(*this, 1, arrival);
+    if (!linearised_correction(*this, 1, loss, arrival)) return false;
     first_ = place(1);
     --last_;
     node(0).count = {};
@@ -87,8 +96,8 @@ class WindowMemory<Window, D, Sensors<S...>, Scalar> {
       if (!fresh.noise.form(dynamics_, x, at)) return Status::invalid_disturbance_covariance;
     }
     fresh.x[now_] = jml::dynamics(dynamics_, x, at) + root(last_).mean_effect;
-    return all_finite(fresh.x[now_]) && all_finite(jacobian(last_)) ? Status::ok
-                                                                    : Status::dynamics_not_finite;
+    return all_finite(fresh.x[now_]) && all_finite(step_jacobian(*this, last_)) ? Status::ok
+                                                                                : Status::dynamics_not_finite;
   }
   /// Undoes slide() and append().
   void take_back() {
@@ -100,45 +109,66 @@ class WindowMemory<Window, D, Sensors<S...>, Scalar> {
     }
     last_ = saved_.last;
   }
+  /// Keeps the trajectory, whatever a minimisation makes of it; restore() takes it back.
+  void keep() { kept_ = now_; }
+  void restore() { now_ = kept_; }
+
+  /// A node `ahead` seconds after node j, within the step to the next: that step becomes two. The states
+  /// after it are rolled out again. Only where the noise of a step follows its dt.
+  void insert(int j, double ahead) {
+    split_ = node(j + 1);
+    for (int k = last_; k > j; --k) node(k + 1) = node(k);
+    ++last_;
+    At first = split_.at(), second = first;
+    first.dt = static_cast<Scalar>(ahead);
+    second.time += ahead;
+    second.dt = split_.at().dt - first.dt;
+    clear(node(j + 1), first);
+    node(j + 2).context = second;
+  }
+  /// The trajectory anew, in another copy: f from node j on, with the disturbances as they are. False where
+  /// it is not finite.
+  bool roll_out(int j) {
+    const int from = now_;
+    flip();
+    prior_.a[now_] = prior_.a[from];
+    for (int k = 0; k <= last_; ++k) {
+      node(k).b[now_] = node(k).b[from];
+      if (k <= j) node(k).x[now_] = node(k).x[from];
+    }
+    kernel::set_zero(node(j + 1).b[now_]);
+    for (int k = j + 1; k <= last_; ++k) {
+      const X& before = node(k - 1).x[now_];
+      if constexpr (!Root::constant) {
+        if (k <= j + 2 && !node(k).noise.form(dynamics_, before, node(k).at())) return false;
+      }
+      node(k).x[now_] =
+          jml::dynamics(dynamics_, before, node(k).at()) + root(k).mean_effect + root(k).B * node(k).b[now_];
+      if (!all_finite(node(k).x[now_])) return false;
+    }
+    return true;
+  }
+  /// Undoes insert(j), after restore().
+  void join(int j) {
+    for (int k = j + 1; k < last_; ++k) node(k) = node(k + 1);
+    --last_;
+    node(j + 1) = split_;
+  }
+
   /// memory_full, invalid_noise_covariance, or ok and the measurement is stored.
   template <typename Sensor>
   Status add(int j, const Sensor& sensor, const Vector<Scalar, measurements_of<Sensor>>& y) {
     constexpr auto type = static_cast<std::size_t>(List::template index_of<Sensor>());
     auto& where = node(j);
-    if (where.count[type] >= Window::measurements) return Status::memory_full;
+    if (where.count[type] >= measurements) return Status::memory_full;
     Record<Scalar, n, Sensor, At> record{sensor, y};
-    if (!record.freeze(where.x[now_], at_sample(where.at()))) return Status::invalid_noise_covariance;
+    if (!record.freeze(where.x[now_], end_of(where.at()))) return Status::invalid_noise_covariance;
     std::get<type>(where.slots)[where.count[type]++] = record;
     return Status::ok;
   }
   template <typename Sensor>
   void remove_newest(int j) {
     --node(j).count[static_cast<std::size_t>(List::template index_of<Sensor>())];
-  }
-
-  /// The covariance of node j given all measurements of the window, to first order about the nominal; NaN
-  /// where it is lost. Forward to the node by Kalman steps, backward to it by the information of the later
-  /// data.
-  [[nodiscard]] Covariance covariance(int j, const Loss& loss) const {
-    Estimate<Scalar, n> forward{prior_.x, P_};
-    bool valid = absorb(0, loss, forward);
-    for (int i = 1; i <= j && valid; ++i) {
-      advance(i, forward);
-      valid = absorb(i, loss, forward);
-    }
-    if (j < last_ && valid) {
-      CostToGo<Scalar, n> later;
-      PassSums<Scalar> sums;
-      Feedback<Scalar, n, Root::q> law;
-      for (int i = last_; i > j && valid; --i) {
-        add_measurements(i, loss, later);
-        valid = pass_dynamics(jacobian(i), root(i).B, node(i).b[now_], Scalar(0),
-                              static_cast<Matrix<Scalar, Root::q, Root::q>*>(nullptr), later, law, sums);
-      }
-      const Covariance P = forward.P;
-      valid = valid && condition(P, later.information, forward.P);
-    }
-    return valid ? forward.P : kernel::filled<Covariance>(std::numeric_limits<Scalar>::quiet_NaN());
   }
 
   [[nodiscard]] const D& dynamics() const { return dynamics_; }
@@ -156,15 +186,31 @@ class WindowMemory<Window, D, Sensors<S...>, Scalar> {
   [[nodiscard]] auto& prior() { return prior_; }
   [[nodiscard]] static constexpr const Terminal<Scalar, n>* terminal() { return nullptr; }
   [[nodiscard]] JML_INLINE int now() const { return now_; }
-  void flip() { now_ = 1 - now_; }
-  [[nodiscard]] double time_of(int j) const { return at_sample(node(j).at()).time; }
+  /// The copy that is neither the nominal nor kept.
+  [[nodiscard]] JML_INLINE int next() const { return now_ == kept_ ? (now_ + 1) % 3 : 3 - now_ - kept_; }
+  void flip() {
+    before_ = now_;
+    now_ = next();
+  }
+  void flip_back() { now_ = before_; }
+  [[nodiscard]] double time_of(int j) const { return end_of(node(j).at()).time; }
   template <typename Use>
   JML_INLINE void visit(int j, const Use& use) {
     visit_each(node(j), use, std::make_index_sequence<sizeof...(S)>{});
   }
+  template <typename Use>
+  void visit(int j, const Use& use) const {
+    visit_each(node(j), use, std::make_index_sequence<sizeof...(S)>{});
+  }
+  /// Node j has a measurement.
+  [[nodiscard]] bool measured(int j) const {
+    bool any = false;
+    for (const auto count : node(j).count) any = any || count > 0;
+    return any;
+  }
 
  private:
-  struct WindowNode : IntervalNode<Scalar, D, true> {
+  struct WindowNode : IntervalNode<Scalar, D, true, 3> {
     std::tuple<Slots<S>...> slots{};
     std::array<std::uint8_t, sizeof...(S)> count{};
   };
@@ -174,8 +220,7 @@ class WindowMemory<Window, D, Sensors<S...>, Scalar> {
     return at < size ? at : at - size;
   }
   template <typename SomeNode, typename Use, std::size_t... type>
-  JML_INLINE static void visit_each(SomeNode& where, const Use& use,
-                                                std::index_sequence<type...>) {
+  JML_INLINE static void visit_each(SomeNode& where, const Use& use, std::index_sequence<type...>) {
     const auto visit_type = [&](auto& slots, std::size_t t) JML_INLINE {
       for (std::size_t i = 0; i < where.count[t]; ++i) use(slots[i]);
     };
@@ -194,65 +239,24 @@ class WindowMemory<Window, D, Sensors<S...>, Scalar> {
     prior_.a[now_] = factor.coordinates(node(0).x[now_] - estimate.x);
     P_ = estimate.P;
   }
-  /// f_x of the step that leads to node j.
-  [[nodiscard]] Covariance jacobian(int j) const {
-    return dynamics_jacobian(dynamics_, node(j - 1).x[now_], node(j).at());
-  }
-  /// The step that leads to node j, of a filter linearised about the nominal.
-  void advance(int j, Estimate<Scalar, n>& estimate) const {
-    const X& x = node(j - 1).x[now_];
-    const Covariance A = jacobian(j);
-    Covariance AP, P = kernel::zeros<Covariance>();
-    kernel::product(A, estimate.P, AP);
-    kernel::add_symmetric_product<1>(P, root(j).B, root(j).B, P);
-    kernel::add_symmetric_product<1>(P, AP, A, estimate.P);
-    const X off = estimate.x - x;
-    estimate.x = jml::dynamics(dynamics_, x, node(j).at()) + root(j).mean_effect + A * off;
-  }
-  void add_measurements(int j, const Loss& loss, CostToGo<Scalar, n>& v) const {
-    const auto& where = node(j);
-    const X& x = where.x[now_];
-    const auto at_y = at_sample(where.at());
-    visit_each(
-        where,
-        [&](const auto& record) {
-          const auto residual =
-              measurement_residual(record.sensor, record.y, measurement(record.sensor, x, at_y));
-          const auto m_x = measurement_jacobian(record.sensor, x, at_y);
-          const auto value = loss(record.R.squared_norm(residual));
-          add_robust_measurement(m_x, record.R, residual, value.slope, value.bend, v);
-        },
-        std::make_index_sequence<sizeof...(S)>{});
-  }
-  /// Corrects `estimate` with the measurements of node j, linearised about the nominal.
-  [[nodiscard]] bool absorb(int j, const Loss& loss, Estimate<Scalar, n>& estimate) const {
-    bool any = false;
-    for (const auto count : node(j).count) any = any || count > 0;
-    if (!any) return all_finite(estimate.P);
-    CostToGo<Scalar, n> data;
-    add_measurements(j, loss, data);
-    const Covariance P = estimate.P;
-    if (!condition(P, data.information, estimate.P)) return false;
-    const X off = estimate.x - node(j).x[now_];
-    const X slope = data.slope + data.information * off;
-    estimate.x -= estimate.P * slope;
-    return all_finite(estimate.x);
-  }
 
   D dynamics_;
   Root root_;  // where it is constant
-  Prior<Scalar, n> prior_;
+  Prior<Scalar, n, 3> prior_;
   Covariance P_ = kernel::zeros<Covariance>();  // of the prior
   int first_ = 0, last_ = 0, now_ = 0;
   std::array<WindowNode, static_cast<std::size_t>(size)> nodes_{};
   struct Saved {
-    Prior<Scalar, n> prior;
+    Prior<Scalar, n, 3> prior;
     Covariance P;
     int first, last;
     std::array<std::uint8_t, sizeof...(S)> count;
   };
   Saved saved_{};
   bool slid_ = false;
+  int kept_ = 0, before_ = 0;
+  WindowNode split_{};
+  Loss loss_{};
 };
 
 }  // namespace detail

@@ -3,18 +3,20 @@
 /// The exact step: iterated JML (Rusnak 2015, eqs. (9), (13)) and the measurement-iterated EKF.
 ///
 /// The root z = (x_{i/i+1}, x̂_{i+1}) of the two ground-truth lines (iterated/joint_step.hpp) is sought from
-/// (x̂_i, f(x̂_i)) by a bounded iteration; where it fails, the fallback solver takes over: the whitened least-squares
-/// problem (11), then damped Newton on the lines with the true, nonsymmetric P. N, P and K are formed once,
-/// at the root.
+/// (x̂_i, f(x̂_i)) by a bounded iteration; where it fails, the fallback solver takes over: the whitened
+/// least-squares problem (11), then damped Newton on the lines with the true, nonsymmetric P. N, P and K are
+/// formed once, at the root.
 #pragma once
 
+#include <jml/filter/filter.hpp>
+#include <jml/filter/one_pass.hpp>
 #include <jml/iterated/joint_solve.hpp>
 #include <jml/solve/levenberg_marquardt.hpp>
 
 namespace jml {
 
-/// A rule whose step is implicit. Inner: the one-pass rule that supplies the slots; Fallback: the least-squares
-/// solver below.
+/// A rule whose step is implicit. Inner: the one-pass rule that supplies the slots; Fallback: the
+/// least-squares solver below.
 template <typename Inner_, typename Fallback_ = LevenbergMarquardt>
 struct Iterated {
   using Inner = Inner_;
@@ -53,6 +55,18 @@ concept IteratedRule = requires {
   typename Rule::Fallback;
 };
 
+/// What an exact step reports.
+template <typename Scalar, int n, int p>
+struct IteratedReport : StepReport<Scalar, n, p> {
+  Solver solver = Solver::none;
+  int iterations = 0;  ///< sweeps or steps of all solvers together
+  /// Of the two ground-truth lines over the state scale; accepted_at_limit: before the last sweep.
+  Scalar residual = 0;
+  Scalar cost = 0;  ///< one-step criterion (11) at the root; may be negative where sym(P) is indefinite
+  /// x_{i/i+1}: the previous state, seen from here; of a correction alone x itself.
+  Vector<Scalar, n> smoothed = kernel::zeros<Vector<Scalar, n>>();
+};
+
 namespace detail {
 
 /// The implicit step of `d` and `s` from `prior` into `report`, `x` and `P`, which are touched on refusal
@@ -61,12 +75,11 @@ template <typename Rule, typename D, typename S, typename Scalar, int n, int p, 
           typename SensorAt>
 void joint_step_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>& process_noise, const S& s,
                      const Estimate<Scalar, n>& prior, const Vector<Scalar, p>& y, const At& at,
-                     const SensorAt& at_y, const Gate& gate, StepReport<Scalar, n, p>& report,
+                     const SensorAt& at_y, const Gate& gate, IteratedReport<Scalar, n, p>& report,
                      Vector<Scalar, n>& x, Matrix<Scalar, n, n>& P) {
   using Inner = typename Rule::Inner;
   const auto answer = [&report](Status status) { report.status = status; };
   if (!valid(rule.options) || !gate.valid()) return answer(Status::invalid_option);
-  if (const Status status = check_context(at); status != Status::ok) return answer(status);
   if (!all_finite(y)) return answer(Status::invalid_measurement);
   if (!all_finite(prior.x)) return answer(Status::invalid_state);
   const Vector<Scalar, n> prediction = predicted_state(d, prior.x, at);
@@ -92,8 +105,8 @@ void joint_step_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>
     kernel::assign(report.innovation, start.visit.innovation);
     {
       Matrix<Scalar, n, p> Nm;
-      kernel::add_product<1>(start.visit.Cm, start.visit.f_x, start.visit.Pfm, Nm);
-      kernel::add_product<1>(R, start.visit.m_x, Nm, report.innovation_matrix);
+      kernel::add_product<1>(start.visit.Cm, start.visit.f_x, start.visit.Pfm, Nm);  // N m_xᵀ
+      kernel::add_product<1>(R, start.visit.m_x, Nm, report.innovation_matrix);      // S = R + m_x N m_xᵀ
     }
     if (!judge(gate, report)) return answer(Status::innovation_indefinite);
     if (report.gate == Verdict::rejected) {
@@ -113,25 +126,27 @@ void joint_step_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>
 
     // N, P and K once, with the slots at the root.
     const Vector<Scalar, n> x_s = Step::smoothed(root.at), x_1 = Step::next(root.at);
-    const auto slot = [&]<Slot which>() -> Matrix<Scalar, n, n> {
-      if constexpr (which == Slot::jacobian)
+    const auto slot = [&]<auto which>() -> Matrix<Scalar, n, n> {
+      if constexpr (same_slot<which, Slot::jacobian>)
         return root.visit.f_x;
       else
         return dynamics_slot<which>(rule.inner, d, x_s, prior.x, at);
     };
-    const auto sensor_slot_at_root = [&]<Slot which>() -> Matrix<Scalar, p, n> {
-      if constexpr (which == Slot::jacobian)
+    const auto sensor_slot_at_root = [&]<auto which>() -> Matrix<Scalar, p, n> {
+      if constexpr (same_slot<which, Slot::jacobian>)
         return root.visit.m_x;
       else
         return sensor_slot<which>(rule.inner, s, x_1, prediction, at_y);
     };
     const Matrix<Scalar, n, n> A = slot.template operator()<Inner::A>();
     Matrix<Scalar, n, n> AP, N;
-    kernel::product(A, prior.P, AP);
-    if constexpr (Inner::symmetric)
-      kernel::add_symmetric_product<1>(noise, AP, A, N);
-    else
+    kernel::product(A, prior.P, AP);  // A P
+    if constexpr (Inner::symmetric) {
+      kernel::add_symmetric_product<1>(noise, AP, A, N);  // N = A P Aᵀ + G Q Gᵀ
+    } else {
+      // N = A P Bᵀ + G Q Gᵀ
       kernel::add_product_transposed<1>(noise, AP, slot.template operator()<Inner::B>(), N);
+    }
     Matrix<Scalar, p, p> S_root;
     const bool regular = correct_riccati<Inner::symmetric>(
         N, sensor_slot_at_root.template operator()<Inner::D>(),
@@ -147,69 +162,69 @@ void joint_step_into(const Rule& rule, const D& d, const ProcessNoise<Scalar, D>
 
 }  // namespace detail
 
-/// A prediction has no measurement to iterate on: it is the inner rule's.
-template <IteratedRule Rule, typename D, typename Scalar, int n>
-[[nodiscard]] PredictResult<Scalar, n> predict(
-    const Rule& rule, const D& d, const detail::ProcessNoise<Scalar, D>& process_noise,
-    const Estimate<Scalar, n>& prior,
-    const StepContext<Scalar, DynamicsTraits<D>::controls>& at = no_context<Scalar, D>()) {
-  return predict(rule.inner, d, process_noise, prior, at);
-}
-template <IteratedRule Rule, typename D, typename Scalar, int n>
-[[nodiscard]] PredictResult<Scalar, n> predict(
-    const Rule& rule, const D& d, const Estimate<Scalar, n>& prior,
-    const StepContext<Scalar, DynamicsTraits<D>::controls>& at = no_context<Scalar, D>()) {
-  return predict(rule.inner, d, prior, at);
-}
+/// The method of an iterated rule. A prediction has no measurement to iterate on: it is the inner rule's. A
+/// correction alone is the step's equations without motion.
+template <IteratedRule Rule_>
+struct ExactStep : Rule_ {
+  using Rule = Rule_;
+  static constexpr bool optimal_on_linear = true;
+  template <typename Scalar, typename D>
+  using Belief = Estimate<Scalar, states_of<D>>;
+  template <typename Scalar, typename D, typename S>
+  using Report = IteratedReport<Scalar, states_of<D>, measurements_of<S>>;
 
-/// Corrects an estimate with a measurement of the same instant: the step's equations without motion.
-template <IteratedRule Rule, typename S, typename Scalar, int n, int controls = 0>
-[[nodiscard]] StepResult<Scalar, n, measurements_of<S>> update(const Rule& rule, const S& s,
-                                                               const Estimate<Scalar, n>& prior,
-                                                               const Vector<Scalar, measurements_of<S>>& y,
-                                                               const StepContext<Scalar, controls>& at = {},
-                                                               const Gate& gate = {}) {
-  static_assert(detail::require_sensor<S>());
-  StepResult<Scalar, n, measurements_of<S>> out;
-  const Stay<n> stay;
-  detail::joint_step_into(rule, stay, detail::ProcessNoise<Scalar, Stay<n>>(stay), s, prior, y,
-                          StepContext<Scalar>{}, at, gate, out.report, out.estimate.x, out.estimate.P);
-  if (!usable(out.report.status)) out.estimate = prior;
-  return out;
-}
+  ExactStep() = default;
+  ExactStep(const Rule& rule) : Rule(rule) {}  // NOLINT(google-explicit-constructor): the same thing
 
-/// step() with the process noise kept by the caller; x and P are touched on refusal too.
-template <IteratedRule Rule, typename D, typename S, typename Scalar, int n, int p, typename At>
-void step_into(const Rule& rule, const D& d, const detail::ProcessNoise<Scalar, D>& process_noise, const S& s,
-               const Estimate<Scalar, n>& prior, const Vector<Scalar, p>& y, const At& at, const Gate& gate,
-               StepReport<Scalar, n, p>& report, Vector<Scalar, n>& x, Matrix<Scalar, n, n>& P) {
-  static_assert(detail::require_discrete<D>() && detail::require_sensor<S>());
-  static_assert(states_of<D> == n, "jml: the estimate has not as many states as the dynamics");
-  if constexpr (requires { Rule::measurement_only; }) {
-    const auto predicted = predict(rule.inner, d, process_noise, prior, at);
-    report.status = predicted.status;
-    if (report.status != Status::ok) return;
-    const auto result = update(rule, s, predicted.estimate, y, detail::at_sample(at), gate);
-    report = result.report;
-    x = result.estimate.x;
-    P = result.estimate.P;
-  } else {
-    detail::joint_step_into(rule, d, process_noise, s, prior, y, at, detail::at_sample(at), gate, report, x,
-                            P);
+  template <typename D>
+  static consteval bool accepts() {
+    return detail::require_discrete<D>();
   }
-}
+  template <typename S>
+  static consteval bool accepts_sensor() {
+    return detail::require_sensor<S>();
+  }
 
-/// One exact step, eq. (9): the estimate of x_i is revised together with that of x_{i+1}.
-template <IteratedRule Rule, typename D, typename S, typename Scalar, int n>
-[[nodiscard]] StepResult<Scalar, n, measurements_of<S>> step(
-    const Rule& rule, const D& d, const S& s, const Estimate<Scalar, n>& prior,
-    const Vector<Scalar, measurements_of<S>>& y,
-    const StepContext<Scalar, DynamicsTraits<D>::controls>& at = no_context<Scalar, D>(), const Gate& gate = {}) {
-  StepResult<Scalar, n, measurements_of<S>> out;
-  step_into(rule, d, detail::ProcessNoise<Scalar, D>(d), s, prior, y, at, gate, out.report, out.estimate.x,
-            out.estimate.P);
-  if (!usable(out.report.status)) out.estimate = prior;
-  return out;
-}
+  template <typename Model, typename Start, typename Belief>
+  [[nodiscard]] Status start(const Model& model, const Start& given, Belief& belief) const {
+    return one_pass().start(model, given, belief);
+  }
+  template <typename Model, typename Scalar, int n, typename At>
+  [[nodiscard]] Status predict(const Model& model, const Estimate<Scalar, n>& prior, const At& at,
+                               Estimate<Scalar, n>& next) const {
+    return one_pass().predict(model, prior, at, next);
+  }
+  template <typename Model, typename Scalar, int n, typename Sample, typename Report>
+  void correct(const Model&, const Estimate<Scalar, n>& prior, const Sample& sample,
+               Estimate<Scalar, n>& next, Report& report) const {
+    const NoisyDynamics<Scalar, Stay<n>> stay{Stay<n>{}};
+    detail::joint_step_into(rule(), stay.dynamics, stay.noise, sample.sensor, prior, sample.y,
+                            StepContext<Scalar>{}, sample.at, sample.gate, report, next.x, next.P);
+  }
+  /// One exact step, eq. (9): the estimate of x_i is revised together with that of x_{i+1}.
+  template <typename Model, typename Scalar, int n, typename Sample, typename Report>
+  void step(const Model& model, const Estimate<Scalar, n>& prior, const Sample& sample,
+            Estimate<Scalar, n>& next, Report& report) const {
+    if constexpr (requires { Rule::measurement_only; }) {
+      Estimate<Scalar, n> predicted;
+      report.status = predict(model, prior, sample.at, predicted);
+      if (report.status != Status::ok) return;
+      const auto at = end_of(sample.at);
+      correct(model, predicted, jml::Sample{sample.sensor, sample.y, at, sample.gate}, next, report);
+    } else {
+      detail::joint_step_into(rule(), model.dynamics, model.noise, sample.sensor, prior, sample.y, sample.at,
+                              end_of(sample.at), sample.gate, report, next.x, next.P);
+    }
+  }
+
+ private:
+  const Rule& rule() const { return *this; }
+  OnePass<typename Rule::Inner> one_pass() const { return {rule().inner}; }
+};
+
+template <IteratedRule Rule>
+struct MethodOf<Rule> {
+  using type = ExactStep<Rule>;
+};
 
 }  // namespace jml

@@ -22,8 +22,8 @@ struct IterationOptions {
   Iteration method = Iteration::anderson;
   int max_iterations = 40;  ///< of the first attempt; ≥ 1
   double tolerance = 0;  ///< largest residual of the two lines over the state scale; 0: 1e-12 (float: 1e-5)
-  bool accept_at_limit = false;  ///< take the last sweep as it is: a fixed number of sweeps per step, no fallback
-  bool use_fallback = true;           ///< call the fallback solver where the first attempt failed
+  bool accept_at_limit = false;  ///< take the last sweep as it is: a fixed number of sweeps, no fallback
+  bool use_fallback = true;      ///< call the fallback solver where the first attempt failed
   int max_newton = 30;           ///< Newton steps of the fallback solver's second half
 };
 
@@ -63,9 +63,8 @@ JML_NOINLINE Root<Step> revisit(const Step& step, Root<Step> root) {
 /// Iterates from `start` until the residual is below the tolerance. Everything goes by value, to live in
 /// registers.
 template <bool picard, typename Rule, typename Step, typename Scalar>
-JML_INLINE inline Root<Step> iterate(const Rule& rule, const Step& step,
-                                                 const typename Step::X& prediction, Scalar tolerance,
-                                                 const Root<Step>& start) {
+JML_INLINE inline Root<Step> iterate(const Rule& rule, const Step& step, const typename Step::X& prediction,
+                                     Scalar tolerance, const Root<Step>& start) {
   using Z = typename Step::Z;
   const IterationOptions& options = rule.options;
   Anderson<Scalar, Z::RowsAtCompileTime> anderson;
@@ -120,8 +119,8 @@ JML_INLINE inline Root<Step> iterate(const Rule& rule, const Step& step,
 /// (9) as printed, out of the way of the default.
 template <typename Rule, typename Step, typename Scalar>
 JML_NOINLINE Root<Step> iterate_as_printed(const Rule& rule, const Step& step,
-                                                const typename Step::X& prediction, Scalar tolerance,
-                                                const Root<Step>& start) {
+                                           const typename Step::X& prediction, Scalar tolerance,
+                                           const Root<Step>& start) {
   return iterate<true>(rule, step, prediction, tolerance, start);
 }
 
@@ -141,10 +140,13 @@ JML_NOINLINE Root<Step> polish(const Step& step, Scalar tolerance, int max_newto
 /// The fallback solver: the whitened problem (11) from a = b = 0, then Newton with the true P.
 template <typename Rule, typename Step, typename Scalar>
 JML_NOINLINE Root<Step> use_fallback_solver(const Rule& rule, const Step& step,
-                                           const typename Step::X& prediction, Scalar tolerance,
-                                           Root<Step> root) {
+                                            const typename Step::X& prediction, Scalar tolerance,
+                                            Root<Step> root) {
   constexpr int n = static_cast<int>(Step::X::RowsAtCompileTime);
   const WhitenedStep<Step, Scalar, n> whitened(step);
+  static_assert(LeastSquaresSolver<typename Rule::Fallback, WhitenedStep<Step, Scalar, n>, Scalar>,
+                "jml: the fallback solver of an iterated rule has minimize(problem, u) and a name, see "
+                "jml::LeastSquaresSolver");
   Vector<Scalar, 2 * n> u = kernel::zeros<Vector<Scalar, 2 * n>>();
   const SolverReport least_squares = rule.fallback.minimize(whitened, u);
   root.solver = Rule::Fallback::solver;
@@ -158,13 +160,13 @@ JML_NOINLINE Root<Step> use_fallback_solver(const Rule& rule, const Step& step,
 /// `symmetric_prior`: the cost (11) must not be larger than at the start.
 template <typename Rule, typename Step>
 JML_NOINLINE Root<Step> solve_joint_step(const Rule& rule, const Step& step,
-                                              const typename Step::X& prediction, bool symmetric_prior,
-                                              const Root<Step>& start) {
+                                         const typename Step::X& prediction, bool symmetric_prior,
+                                         const Root<Step>& start) {
   using Scalar = typename Step::X::Scalar;
   const IterationOptions& options = rule.options;
   const Scalar tolerance = options.tolerance > 0 ? Scalar(options.tolerance) : default_tolerance<Scalar>();
-  const Scalar start_cost =
-      kernel::dot(start.visit.innovation, start.visit.weighted_innovation) / Scalar(2);  // (11) at x_s = x̂, w = 0
+  // (11) at x_s = x̂, w = 0
+  const Scalar start_cost = kernel::dot(start.visit.innovation, start.visit.weighted_innovation) / Scalar(2);
   const auto judge_cost = [&](Root<Step>& root) JML_INLINE {
     root.cost = std::numeric_limits<Scalar>::quiet_NaN();
     if (!usable(root.status) || root.status == Status::accepted_at_limit)

@@ -55,7 +55,7 @@ struct JointStep {
   const SensorAt& at_y;
   Matrix<Scalar, p, p> R;
   kernel::SymmetricFactor<Scalar, p> R_factor;
-  X mean_effect;                  // G w̄, frozen at x̂
+  X mean_effect;           // G w̄, frozen at x̂
   X scale, inverse_scale;  // the state scale |x̂| + |x̄| + √(P_ii + C_ii), by component; 1 where all vanish
 
   JML_INLINE void set_scale(const X& prediction) {
@@ -104,14 +104,14 @@ struct JointStep {
 
   /// Everything one visit of the models at z gives.
   struct Visit {
-    X f;                       // f(x_s) + G w̄
-    Matrix<Scalar, n, n> f_x;  // at x_s
-    Matrix<Scalar, p, n> m_x;  // at x_1
-    Vector<Scalar, p> innovation;  // y - m(x_1)
-    Vector<Scalar, p> weighted_innovation;      // R⁻¹ innovation
-    Matrix<Scalar, n, p> Pfm;  // P f_xᵀ m_xᵀ
-    Matrix<Scalar, n, p> Cm;   // C m_xᵀ
-    Z residual;                // of the two lines
+    X f;                                    // f(x_s) + G w̄
+    Matrix<Scalar, n, n> f_x;               // at x_s
+    Matrix<Scalar, p, n> m_x;               // at x_1
+    Vector<Scalar, p> innovation;           // y - m(x_1)
+    Vector<Scalar, p> weighted_innovation;  // R⁻¹ innovation
+    Matrix<Scalar, n, p> Pfm;               // P f_xᵀ m_xᵀ
+    Matrix<Scalar, n, p> Cm;                // C m_xᵀ
+    Z residual;                             // of the two lines
   };
 
   JML_INLINE bool visit(const Z& z, Visit& v) const {
@@ -124,12 +124,12 @@ struct JointStep {
     kernel::assign(v.weighted_innovation, R_factor.solve(v.innovation));
     const Matrix<Scalar, n, p> m_xT = kernel::transposed(v.m_x);
     Matrix<Scalar, n, p> fm;
-    kernel::product(kernel::transposed(v.f_x), m_xT, fm);
-    kernel::product(prior.P, fm, v.Pfm);
-    kernel::product(noise, m_xT, v.Cm);
+    kernel::product(kernel::transposed(v.f_x), m_xT, fm);  // f_xᵀ m_xᵀ
+    kernel::product(prior.P, fm, v.Pfm);                   // P f_xᵀ m_xᵀ
+    kernel::product(noise, m_xT, v.Cm);                    // C m_xᵀ
     X first, second;
-    kernel::add_product<1>(prior.x, v.Pfm, v.weighted_innovation, first);
-    kernel::add_product<1>(v.f, v.Cm, v.weighted_innovation, second);
+    kernel::add_product<1>(prior.x, v.Pfm, v.weighted_innovation, first);  // x̂ + P f_xᵀ e
+    kernel::add_product<1>(v.f, v.Cm, v.weighted_innovation, second);      // f(x_s) + G w̄ + C e
     kernel::repeat<n>([&](int i) JML_INLINE {
       v.residual(i) = first(i) - x_s(i);
       v.residual(n + i) = second(i) - x_1(i);
@@ -137,15 +137,14 @@ struct JointStep {
     return all_finite(v.residual);
   }
 
-  /// What rounding alone leaves in the residual at z: ε times the terms it is the difference of. The innovation's
-  /// own rounding, that of x_1 seen through m_x included, enters through R⁻¹: large where the measurement is
-  /// far better than the prior.
+  /// What rounding alone leaves in the residual at z: ε times the terms it is the difference of. The
+  /// innovation's own rounding, that of x_1 seen through m_x included, enters through R⁻¹: large where the
+  /// measurement is far better than the prior.
   JML_INLINE Scalar rounding(const Z& z, const Visit& v) const {
     Vector<Scalar, p> terms;
     kernel::repeat<p>([&](int k) JML_INLINE {
       Scalar sum = std::abs(y(k)) + std::abs(y(k) - v.innovation(k));
-      kernel::repeat<n>([&](int j)
-                            JML_INLINE { sum += std::abs(v.m_x(k, j) * z(n + j)); });
+      kernel::repeat<n>([&](int j) JML_INLINE { sum += std::abs(v.m_x(k, j) * z(n + j)); });
       terms(k) = sum;
     });
     terms = R_factor.solve(terms);
@@ -179,24 +178,25 @@ struct JointStep {
   /// of (11).
   template <bool as_printed>
   JML_INLINE bool sweep(const Z& z, const Visit& v, const Matrix<Scalar, n, n>& A,
-                                    const Matrix<Scalar, p, n>& E, Z& swept) const {
+                        const Matrix<Scalar, p, n>& E, Z& swept) const {
     const X x_s = smoothed(z), x_1 = next(z);
     X back, bar, ahead;
     kernel::repeat<n>([&](int i) JML_INLINE { back(i) = prior.x(i) - x_s(i); });
-    kernel::add_product<1>(v.f, A, back, bar);
+    kernel::add_product<1>(v.f, A, back, bar);  // x̄ = f(x_s) + A (x̂ - x_s)
     Matrix<Scalar, n, p> Nm;
-    kernel::add_product<1>(v.Cm, A, v.Pfm, Nm);
+    kernel::add_product<1>(v.Cm, A, v.Pfm, Nm);  // N m_xᵀ = C m_xᵀ + A P f_xᵀ m_xᵀ
     Matrix<Scalar, p, p> S_matrix;
-    kernel::add_product<1>(R, E, Nm, S_matrix);
+    kernel::add_product<1>(R, E, Nm, S_matrix);  // S = R + E N m_xᵀ
     kernel::GeneralFactor<Scalar, p> factor;
     if (!factor.factor(S_matrix, noise_units(R))) return false;
     kernel::repeat<n>([&](int i) JML_INLINE { ahead(i) = bar(i) - x_1(i); });
     Vector<Scalar, p> innovation;
-    kernel::add_product<-1>(v.innovation, E, ahead, innovation);
+    kernel::add_product<-1>(v.innovation, E, ahead, innovation);  // y - m(x_1) - E (x̄ - x_1)
     const Vector<Scalar, p> delta = factor.solve(innovation);
     X swept_s, swept_1;
+    // x_s ← x̂ + P f_xᵀ m_xᵀ R⁻¹ (y - m(x_1)), or x̂ + P f_xᵀ m_xᵀ δ
     kernel::add_product<1>(prior.x, v.Pfm, as_printed ? v.weighted_innovation : delta, swept_s);
-    kernel::add_product<1>(bar, Nm, delta, swept_1);
+    kernel::add_product<1>(bar, Nm, delta, swept_1);  // x_1 ← x̄ + N m_xᵀ δ
     join(swept_s, swept_1, swept);
     return true;
   }
@@ -222,19 +222,19 @@ struct JointStep {
     const X x_s = smoothed(z), x_1 = next(z);
     const Matrix<Scalar, n, p> m_xT = kernel::transposed(v.m_x);
     X e;
-    kernel::product(m_xT, v.weighted_innovation, e);
-    // ∂e/∂x_1 = Σ ν_k ∇²m_k - m_xᵀ R⁻¹ m_x
-    Matrix<Scalar, p, n> Rm;
+    kernel::product(m_xT, v.weighted_innovation, e);  // e = m_xᵀ R⁻¹ (y - m)
+    Matrix<Scalar, p, n> Rm;                          // R⁻¹ m_x
     for (int j = 0; j < n; ++j) kernel::set_column(Rm, j, R_factor.solve(kernel::column_of(v.m_x, j)));
     Matrix<Scalar, n, n> slope, block, block2;
+    // ∂e/∂x_1 = Σ ν_k ∇²m_k - m_xᵀ R⁻¹ m_x
     kernel::add_product<-1>(measurement_hessian(sensor, x_1, v.weighted_innovation, at_y), m_xT, Rm, slope);
-    kernel::product(prior.P, dynamics_hessian(dynamics_model, x_s, e, at), block);
+    kernel::product(prior.P, dynamics_hessian(dynamics_model, x_s, e, at), block);  // P Σ e_k ∇²f_k
     kernel::set_block(J, 0, 0, block);
-    kernel::product_transposed(prior.P, v.f_x, block);
-    kernel::product(block, slope, block2);
+    kernel::product_transposed(prior.P, v.f_x, block);  // P f_xᵀ
+    kernel::product(block, slope, block2);              // P f_xᵀ ∂e/∂x_1
     kernel::set_block(J, 0, n, block2);
     kernel::set_block(J, n, 0, v.f_x);
-    kernel::product(noise, slope, block);
+    kernel::product(noise, slope, block);  // C ∂e/∂x_1
     kernel::set_block(J, n, n, block);
     kernel::add_to_diagonal(J, Scalar(-1));
     return all_finite(J);
@@ -244,11 +244,12 @@ struct JointStep {
   /// ½ eᵀ f_x P f_xᵀ e + ½ eᵀ C e + ½ νᵀ R ν.
   Scalar cost_at_root(const Visit& v) const {
     X e, fe, Pfe, Ce;
-    kernel::product(kernel::transposed(v.m_x), v.weighted_innovation, e);
-    kernel::product(kernel::transposed(v.f_x), e, fe);
-    kernel::product(prior.P, fe, Pfe);
-    kernel::product(noise, e, Ce);
-    return (kernel::dot(fe, Pfe) + kernel::dot(e, Ce) + kernel::dot(v.weighted_innovation, v.innovation)) / Scalar(2);
+    kernel::product(kernel::transposed(v.m_x), v.weighted_innovation, e);  // e = m_xᵀ ν
+    kernel::product(kernel::transposed(v.f_x), e, fe);                     // f_xᵀ e
+    kernel::product(prior.P, fe, Pfe);                                     // P f_xᵀ e
+    kernel::product(noise, e, Ce);                                         // C e
+    return (kernel::dot(fe, Pfe) + kernel::dot(e, Ce) + kernel::dot(v.weighted_innovation, v.innovation)) /
+           Scalar(2);
   }
 };
 

@@ -19,11 +19,11 @@ struct OneStepCost {
 /// pair of its own linear problem, x̂ + P Bᵀ λ and w = Q Gᵀ λ with λ = Dᵀ S⁻¹ (y - m(x̄)); on a linear model
 /// that is ½ NIS, the minimum. No cost: the step's own refusal, invalid_measurement for a rejected one,
 /// invalid_covariance where sym(P) is indefinite.
-template <typename Rule, typename D, typename S, typename Scalar, int n, int p>
+template <typename Rule, typename D, typename S, typename Scalar, int n, int p, typename Report>
 [[nodiscard]] OneStepCost<Scalar> one_step_cost(const Rule& rule, const D& d, const S& s,
                                                 const Estimate<Scalar, n>& prior, const Vector<Scalar, p>& y,
                                                 const StepContext<Scalar, DynamicsTraits<D>::controls>& at,
-                                                const StepReport<Scalar, n, p>& report) {
+                                                const Report& report) {
   if (!usable(report.status)) return {report.status};
   if (report.gate == Verdict::rejected) return {Status::invalid_measurement};
   const Matrix<Scalar, n, n> symmetric_part = kernel::symmetric_part(prior.P);
@@ -32,7 +32,7 @@ template <typename Rule, typename D, typename S, typename Scalar, int n, int p>
     if (!std::isfinite(report.cost)) return {Status::not_converged};  // accepted_at_limit: no root, no cost
     return {Status::ok, report.cost};
   } else {
-    const auto at_y = detail::at_sample(at);
+    const auto at_y = end_of(at);
     const Vector<Scalar, n> prediction = predicted_state(d, prior.x, at);
     const Vector<Scalar, n>& point = Rule::evaluated_at == EvaluatedAt::estimate ? prior.x : prediction;
     const Matrix<Scalar, p, p> R = noise_covariance(s, prediction, at_y);
@@ -50,7 +50,7 @@ template <typename Rule, typename D, typename S, typename Scalar, int n, int p>
     OneStepCost<Scalar> cost{Status::ok, kernel::dot(back, Vector<Scalar, n>(prior.P * back))};
     Vector<Scalar, n> next = dynamics(d, smoothed, at) + (prediction - dynamics(d, prior.x, at));
     const bool valid =
-        detail::ProcessNoise<Scalar, D>(d).with(d, prior.x, at, [&](const Matrix<Scalar, n, n>& noise) {
+        ProcessNoise<Scalar, D>(d).with(d, prior.x, at, [&](const Matrix<Scalar, n, n>& noise) {
           next += noise * lambda;
           cost.value += kernel::dot(lambda, Vector<Scalar, n>(noise * lambda));
         });

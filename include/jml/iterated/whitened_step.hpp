@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The one-step criterion (11) as a small least-squares problem: what the fallback solver below the iteration minimises.
+/// The one-step criterion (11) as a small least-squares problem: what the fallback solver below the iteration
+/// minimises.
 #pragma once
 
 #include <jml/iterated/joint_step.hpp>
@@ -24,9 +25,9 @@ struct WhitenedStep {
   typename Step::Z point(const Vector<Scalar, 2 * n>& u) const {
     typename Step::Z z;
     Vector<Scalar, n> x_s, x_1;
-    kernel::add_product<1>(step.prior.x, L, kernel::block<n, 1>(u, 0, 0), x_s);
+    kernel::add_product<1>(step.prior.x, L, kernel::block<n, 1>(u, 0, 0), x_s);  // x_s = x̂ + L a
     const Vector<Scalar, n> f = dynamics(step.dynamics_model, x_s, step.at) + step.mean_effect;
-    kernel::add_product<1>(f, B, kernel::block<n, 1>(u, n, 0), x_1);
+    kernel::add_product<1>(f, B, kernel::block<n, 1>(u, n, 0), x_1);  // x_1 = f(x_s) + G w̄ + B b
     Step::join(x_s, x_1, z);
     return z;
   }
@@ -45,9 +46,9 @@ struct WhitenedStep {
       const Matrix<Scalar, p, n> m_x = measurement_jacobian(step.sensor, x_1, step.at_y);
       Matrix<Scalar, n, n> fL;
       Matrix<Scalar, p, n> by_a, by_b;
-      kernel::product(f_x, L, fL);
-      kernel::product(m_x, fL, by_a);
-      kernel::product(m_x, B, by_b);
+      kernel::product(f_x, L, fL);     // f_x L
+      kernel::product(m_x, fL, by_a);  // m_x f_x L
+      kernel::product(m_x, B, by_b);   // m_x B
       kernel::set_zero(*J);
       for (int j = 0; j < 2 * n; ++j) (*J)(j, j) = Scalar(1);
       for (int j = 0; j < 2 * n; ++j) {

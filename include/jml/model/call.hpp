@@ -3,7 +3,7 @@
 /// How a model function is found and called, whichever arguments it takes, and what it must not return.
 #pragma once
 
-#include <jml/model/traits.hpp>
+#include <jml/model/hooks.hpp>
 #include <type_traits>
 
 namespace jml {
@@ -64,30 +64,30 @@ consteval bool require_shape() {
   return true;
 }
 
-// One caller per function; the trait decides which arities exist.
-template <typename D>
-constexpr auto dynamics_of(const D& d) {
-  return [&d](const auto&... a) -> decltype(DynamicsTraits<D>::dynamics(d, a...)) {
-    return DynamicsTraits<D>::dynamics(d, a...);
-  };
+/// A function of a model, of whatever arguments its trait says.
+template <typename Hook, typename Model>
+constexpr auto hook(const Model& model) {
+  return [&model](const auto&... a) -> decltype(Hook::of(model, a...)) { return Hook::of(model, a...); };
 }
-template <typename D>
-constexpr auto jacobian_of(const D& d) {
-  return [&d](const auto&... a) -> decltype(DynamicsTraits<D>::jacobian(d, a...)) {
-    return DynamicsTraits<D>::jacobian(d, a...);
-  };
-}
-template <typename S>
-constexpr auto measurement_of(const S& s) {
-  return [&s](const auto&... a) -> decltype(SensorTraits<S>::measurement(s, a...)) {
-    return SensorTraits<S>::measurement(s, a...);
-  };
-}
-template <typename S>
-constexpr auto sensor_jacobian_of(const S& s) {
-  return [&s](const auto&... a) -> decltype(SensorTraits<S>::jacobian(s, a...)) {
-    return SensorTraits<S>::jacobian(s, a...);
-  };
+template <typename Hook, typename Model>
+using HookOf = decltype(hook<Hook>(std::declval<const Model&>()));
+
+/// The model has it, as (), (x) or (x, at).
+template <typename Hook, typename Model, typename X, typename At>
+concept HasHook = Callable<HookOf<Hook, Model>, X, At>;
+/// … and reads time, dt or control there.
+template <typename Hook, typename Model, typename X, typename At>
+concept ReadsContext = std::is_invocable_v<HookOf<Hook, Model>, X, At>;
+/// … and reads nothing.
+template <typename Hook, typename Model, typename X, typename At>
+concept ConstantHook = std::is_invocable_v<HookOf<Hook, Model>> &&
+                       !std::is_invocable_v<HookOf<Hook, Model>, X> && !ReadsContext<Hook, Model, X, At>;
+
+/// Its value, rows×cols, in the scalar of x.
+template <typename Hook, int rows, int cols, typename Model, typename T, int n, typename At>
+JML_INLINE inline Matrix<T, rows, cols> evaluate(const Model& model, const Vector<T, n>& x, const At& at) {
+  static_assert(require_shape<rows, cols, HookOf<Hook, Model>, Vector<T, n>, At>());
+  return kernel::cast<T>(call(hook<Hook>(model), x, at));
 }
 
 }  // namespace detail

@@ -166,7 +166,8 @@ template <Dynamics D, int n, typename At = StepContext<double, DynamicsTraits<D>
                                       const At& at = no_context<double, D>()) {
   static_assert(states_of<D> == n, "jml: x has not as many states as the dynamics");
   ModelReport report;
-  constexpr bool generic = detail::Generic<decltype(detail::dynamics_of(d)), Vector<Dual<double, n>, n>, At>;
+  constexpr bool generic =
+      detail::Generic<detail::HookOf<detail::hooks::Dynamics, D>, Vector<Dual<double, n>, n>, At>;
   const auto f = [&](const auto& z) { return dynamics(d, z, at); };
   struct Sdc {
     Matrix<double, n, n> F;
@@ -205,7 +206,7 @@ template <Sensor S, int n, typename At = StepContext<double>>
   constexpr int p = measurements_of<S>;
   ModelReport report;
   constexpr bool generic =
-      detail::Generic<decltype(detail::measurement_of(s)), Vector<Dual<double, n>, n>, At>;
+      detail::Generic<detail::HookOf<detail::hooks::Measurement, S>, Vector<Dual<double, n>, n>, At>;
   const auto m = [&](const auto& z) { return measurement(s, z, at); };
   const auto difference = [&](const Vector<double, p>& a, const Vector<double, p>& b) {
     return measurement_residual(s, a, b);

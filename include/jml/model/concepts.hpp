@@ -8,6 +8,12 @@
 
 namespace jml {
 
+/// Dynamics of which nothing is known but how many states they have: where a correction stands alone.
+template <int n>
+struct OfStates {
+  static constexpr int states = n;
+};
+
 template <typename D>
 concept Dynamics = DynamicsTraits<D>::states > 0;
 
@@ -22,54 +28,44 @@ concept ContinuousDynamics =
 template <typename S>
 concept Sensor = SensorTraits<S>::measurements > 0;
 
-/// A sensor whose measurement is there all the time, with a spectral density of its noise.
+/// A sensor that measures all the time.
 template <typename S, typename X, typename At>
 constexpr bool has_noise_spectral_density() {
-  using T = SensorTraits<S>;
-  return requires(const S& s) { T::noise_spectral_density(s); } || requires(const S& s, const X& x) {
-    T::noise_spectral_density(s, x);
-  } || requires(const S& s, const X& x, const At& at) { T::noise_spectral_density(s, x, at); };
+  return detail::HasHook<detail::hooks::NoiseSpectralDensity, S, X, At>;
 }
-
-/// A sensor of samples, with their covariance.
+/// A sensor of samples.
 template <typename S, typename X, typename At>
 constexpr bool has_noise_covariance() {
-  using T = SensorTraits<S>;
-  return requires(const S& s) { T::noise_covariance(s); } || requires(const S& s, const X& x) {
-    T::noise_covariance(s, x);
-  } || requires(const S& s, const X& x, const At& at) { T::noise_covariance(s, x, at); };
+  return detail::HasHook<detail::hooks::NoiseCovariance, S, X, At>;
 }
 
-/// True where f, f_x, G, Q or ū of this model take an StepContext: then a step needs its dt.
+/// True where any function of the dynamics takes a StepContext.
 template <typename Scalar, typename D>
 constexpr bool reads_context() {
+  using namespace detail;
   using X = Vector<Scalar, states_of<D>>;
   using At = StepContext<Scalar, DynamicsTraits<D>::controls>;
-  using T = DynamicsTraits<D>;
-  return requires(const D& d, const X& x, const At& at) { T::dynamics(d, x, at); } ||
-         requires(const D& d, const X& x, const At& at) { T::jacobian(d, x, at); } ||
-         requires(const D& d, const X& x, const At& at) { T::sdc(d, x, at); } ||
-         requires(const D& d, const X& x, const At& at) { T::sdc_about(d, x, x, at); } ||
-         requires(const D& d, const X& x, const At& at) { T::disturbance_input(d, x, at); } ||
-         requires(const D& d, const X& x, const At& at) { T::disturbance_covariance(d, x, at); } ||
-         requires(const D& d, const X& x, const At& at) { T::disturbance_spectral_density(d, x, at); } ||
-         requires(const D& d, const X& x, const At& at) { T::disturbance_mean(d, x, at); } ||
-         requires(const D& d, const X& x, const At& at) { T::disturbance_bound(d, x, at); };
+  return ReadsContext<hooks::Dynamics, D, X, At> || ReadsContext<hooks::DynamicsJacobian, D, X, At> ||
+         ReadsContext<hooks::DynamicsSdc, D, X, At> ||
+         requires(const D& d, const X& x, const At& at) { DynamicsTraits<D>::sdc_about(d, x, x, at); } ||
+         ReadsContext<hooks::DisturbanceInput, D, X, At> ||
+         ReadsContext<hooks::DisturbanceCovariance, D, X, At> ||
+         ReadsContext<hooks::DisturbanceSpectralDensity, D, X, At> ||
+         ReadsContext<hooks::DisturbanceMean, D, X, At> || ReadsContext<hooks::DisturbanceBound, D, X, At>;
 }
 
-/// True where m, R or b of this sensor take an StepContext.
+/// The same of a sensor.
 template <typename S, typename X, typename At>
 constexpr bool sensor_reads_context() {
-  using T = SensorTraits<S>;
-  return requires(const S& s, const X& x, const At& at) { T::measurement(s, x, at); } ||
-         requires(const S& s, const X& x, const At& at) { T::noise_covariance(s, x, at); } ||
-         requires(const S& s, const X& x, const At& at) { T::noise_bound(s, x, at); };
+  using namespace detail;
+  return ReadsContext<hooks::Measurement, S, X, At> || ReadsContext<hooks::NoiseCovariance, S, X, At> ||
+         ReadsContext<hooks::NoiseBound, S, X, At>;
 }
 
 /// The StepContext of a free function that was given none: only for a model that does not ask.
 template <typename Scalar, typename D>
 constexpr StepContext<Scalar, DynamicsTraits<D>::controls> no_context() {
-  static_assert(!reads_context<Scalar, D>(), "jml: this model reads time, dt or control: pass an StepContext");
+  static_assert(!reads_context<Scalar, D>(), "jml: this model reads time, dt or control: pass a StepContext");
   return {};
 }
 

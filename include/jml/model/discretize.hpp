@@ -14,10 +14,6 @@
 #include <jml/solve/runge_kutta.hpp>
 
 namespace jml {
-
-/// x⁺ = x + dt f(x). Order 1.
-struct Euler {};
-
 /// Noise of the step by Van Loan (1978, IEEE TAC 23): ∫₀^dt e^{As} G Q Gᵀ e^{Aᵀs} ds with A = f_x(x), from
 /// one exponential of a 2n×2n matrix. n disturbances, G = I.
 struct VanLoan {};
@@ -31,10 +27,9 @@ class Discretized {
   using Traits = DynamicsTraits<Continuous>;
   static constexpr int n = Traits::states, q = Traits::disturbances;
   static constexpr bool van_loan = std::is_same_v<NoiseModel, VanLoan>;
-  static_assert(
-      std::is_same_v<Integrator, Euler> || std::is_same_v<Integrator, RungeKutta4>,
-      "jml: discretize<Integrator> makes a step of jml::Euler or jml::RungeKutta4, and of no other "
-      "integrator; for DavisonMaki or Cvode keep the model continuous and take jml::ContinuousFilter");
+  static_assert(ExplicitMethod<Integrator>,
+                "jml: discretize<Integrator> makes a step of jml::Euler or jml::RungeKutta4, and of no other "
+                "integrator; for DavisonMaki or Cvode keep the model continuous and take jml::Continuous");
   static_assert(van_loan || std::is_same_v<NoiseModel, HeldNoise>,
                 "jml: discretize<Integrator, NoiseModel> takes jml::VanLoan (the default) or jml::HeldNoise");
 
@@ -44,9 +39,8 @@ class Discretized {
     using X = Vector<T, n>;
     using Then = StepContext<S, Traits::controls>;
     static constexpr bool jacobian =
-        detail::Generic<decltype(detail::jacobian_of(std::declval<const Continuous&>())), X, Then> ||
-        detail::Generic<decltype(detail::dynamics_of(std::declval<const Continuous&>())),
-                        Vector<Dual<T, n>, n>, Then>;
+        detail::Generic<detail::HookOf<detail::hooks::DynamicsJacobian, Continuous>, X, Then> ||
+        detail::Generic<detail::HookOf<detail::hooks::Dynamics, Continuous>, Vector<Dual<T, n>, n>, Then>;
     static constexpr bool sdc = requires(const Continuous& c, const X& x) {
       Traits::sdc(c, x);
     } || requires(const Continuous& c, const X& x, const Then& at) { Traits::sdc(c, x, at); };
@@ -63,19 +57,13 @@ class Discretized {
 
   template <typename T, typename S>
   Vector<T, n> dynamics(const Vector<T, n>& x, const StepContext<S, controls>& at) const {
-    const auto f = [&](const Vector<T, n>& z, double fraction) {
-      return jml::predicted_state(continuous, z, stage(at, fraction));
-    };
-    const S h = at.dt;
-    if constexpr (std::is_same_v<Integrator, Euler>) {
-      return x + h * f(x, 0);
-    } else {
-      const Vector<T, n> k1 = f(x, 0);
-      const Vector<T, n> k2 = f(x + (h / 2) * k1, 0.5);
-      const Vector<T, n> k3 = f(x + (h / 2) * k2, 0.5);
-      const Vector<T, n> k4 = f(x + h * k3, 1);
-      return x + (h / 6) * (k1 + S(2) * k2 + S(2) * k3 + k4);
-    }
+    Vector<T, n> next;
+    (void)explicit_step(Integrator{}, x, at.dt, next,
+                        [&](int, S after, const Vector<T, n>& z, Vector<T, n>& slope) {
+                          slope = jml::predicted_state(continuous, z, stage(at, after));
+                          return Status::ok;
+                        });
+    return next;
   }
 
   template <typename T, typename S>
@@ -150,32 +138,24 @@ class Discretized {
 
  private:
   template <typename S>
-  static StepContext<S, controls> stage(StepContext<S, controls> at, double fraction) {
-    at.time += fraction * static_cast<double>(at.dt);
+  static StepContext<S, controls> stage(StepContext<S, controls> at, S after) {
+    at.time += static_cast<double>(after);
     return at;
   }
 
-  /// Φ of the step with ẋ = A(x) x carried through the stages.
+  /// Φ of the step: from the identity by Φ̇ = A(x) Φ, moved together with x.
   template <typename T, typename S, typename A>
   Matrix<T, n, n> carry(const Vector<T, n>& x, const StepContext<S, controls>& at, const A& a) const {
-    using Square = Matrix<T, n, n>;
-    const Square I = kernel::identity<Square>();
-    const S h = at.dt;
-    if constexpr (std::is_same_v<Integrator, Euler>) {
-      return I + h * a(x, stage(at, 0));
-    } else {
-      const auto f = [&](const Vector<T, n>& z, double fraction) {
-        return jml::predicted_state(continuous, z, stage(at, fraction));
-      };
-      const Vector<T, n> x2 = x + (h / 2) * f(x, 0);
-      const Vector<T, n> x3 = x + (h / 2) * f(x2, 0.5);
-      const Vector<T, n> x4 = x + h * f(x3, 0.5);
-      const Square K1 = a(x, stage(at, 0));
-      const Square K2 = a(x2, stage(at, 0.5)) * (I + (h / 2) * K1);
-      const Square K3 = a(x3, stage(at, 0.5)) * (I + (h / 2) * K2);
-      const Square K4 = a(x4, stage(at, 1)) * (I + h * K3);
-      return I + (h / 6) * (K1 + S(2) * K2 + S(2) * K3 + K4);
-    }
+    using Point = StateAndMatrix<Vector<T, n>, Matrix<T, n, n>>;
+    const Point start{x, kernel::identity<Matrix<T, n, n>>()};
+    Point end;
+    (void)explicit_step(Integrator{}, start, at.dt, end, [&](int, S after, const Point& z, Point& slope) {
+      const auto then = stage(at, after);
+      slope.x = jml::predicted_state(continuous, z.x, then);
+      slope.P = a(z.x, then) * z.P;
+      return Status::ok;
+    });
+    return end.P;
   }
 };
 

@@ -31,11 +31,10 @@ Matrix<Scalar, n, n> hessian_by_duals(const Jacobian& jacobian, const Vector<Sca
 /// The Jacobian and the same sum, from one evaluation with all directions at once: for few states, where the
 /// numbers stay in registers.
 template <int rows, typename Scalar, int n, typename Jacobian>
-JML_INLINE inline void jacobian_and_hessian_by_duals(const Jacobian& jacobian,
-                                                                 const Vector<Scalar, n>& x,
-                                                                 const Vector<Scalar, rows>& weights,
-                                                                 Matrix<Scalar, rows, n>& J,
-                                                                 Matrix<Scalar, n, n>& hessian) {
+JML_INLINE inline void jacobian_and_hessian_by_duals(const Jacobian& jacobian, const Vector<Scalar, n>& x,
+                                                     const Vector<Scalar, rows>& weights,
+                                                     Matrix<Scalar, rows, n>& J,
+                                                     Matrix<Scalar, n, n>& hessian) {
   using Wide = Dual<Scalar, n>;
   Vector<Wide, n> z;
   kernel::repeat<n>([&](int j) JML_INLINE {
@@ -47,8 +46,7 @@ JML_INLINE inline void jacobian_and_hessian_by_duals(const Jacobian& jacobian,
     kernel::repeat<rows>([&](int k) JML_INLINE { J(k, i) = wide(k, i).value; });
     kernel::repeat<n>([&](int j) JML_INLINE {
       Scalar sum = 0;
-      kernel::repeat<rows>([&](int k)
-                               JML_INLINE { sum += weights(k) * wide(k, i).partial[j]; });
+      kernel::repeat<rows>([&](int k) JML_INLINE { sum += weights(k) * wide(k, i).partial[j]; });
       hessian(i, j) = sum;
     });
   });
@@ -85,8 +83,8 @@ Matrix<Scalar, n, n> dynamics_hessian(const D& d, const Vector<Scalar, n>& x,
                                       const Vector<Scalar, n>& weights, const At& at) {
   using Along = Dual<Scalar, 1>;
   const auto jacobian = [&](const auto& z) { return dynamics_jacobian(d, z, at); };
-  if constexpr (detail::Generic<decltype(detail::jacobian_of(d)), Vector<Along, n>, At> ||
-                detail::Generic<decltype(detail::dynamics_of(d)), Vector<Dual<Along, n>, n>, At>) {
+  if constexpr (detail::Generic<detail::HookOf<detail::hooks::DynamicsJacobian, D>, Vector<Along, n>, At> ||
+                detail::Generic<detail::HookOf<detail::hooks::Dynamics, D>, Vector<Dual<Along, n>, n>, At>) {
     return detail::hessian_by_duals<n>(jacobian, x, weights);
   } else {
     return detail::hessian_by_differences<n>(jacobian, x, weights);
@@ -99,8 +97,10 @@ Matrix<Scalar, n, n> measurement_hessian(const S& s, const Vector<Scalar, n>& x,
                                          const Vector<Scalar, p>& weights, const At& at) {
   using Along = Dual<Scalar, 1>;
   const auto jacobian = [&](const auto& z) { return measurement_jacobian(s, z, at); };
-  if constexpr (detail::Generic<decltype(detail::sensor_jacobian_of(s)), Vector<Along, n>, At> ||
-                detail::Generic<decltype(detail::measurement_of(s)), Vector<Dual<Along, n>, n>, At>) {
+  if constexpr (detail::Generic<detail::HookOf<detail::hooks::MeasurementJacobian, S>, Vector<Along, n>,
+                                At> ||
+                detail::Generic<detail::HookOf<detail::hooks::Measurement, S>, Vector<Dual<Along, n>, n>,
+                                At>) {
     return detail::hessian_by_duals<p>(jacobian, x, weights);
   } else {
     return detail::hessian_by_differences<p>(jacobian, x, weights);
@@ -110,14 +110,13 @@ Matrix<Scalar, n, n> measurement_hessian(const S& s, const Vector<Scalar, n>& x,
 /// f_x and Σ_k weight_k ∇²f_k at once.
 template <typename Scalar, int n, typename D, typename At>
 JML_INLINE inline void dynamics_jacobian_and_hessian(const D& d, const Vector<Scalar, n>& x,
-                                                                 const Vector<Scalar, n>& weights,
-                                                                 const At& at, Matrix<Scalar, n, n>& J,
-                                                                 Matrix<Scalar, n, n>& hessian) {
+                                                     const Vector<Scalar, n>& weights, const At& at,
+                                                     Matrix<Scalar, n, n>& J, Matrix<Scalar, n, n>& hessian) {
   using Wide = Dual<Scalar, n>;
-  const auto jacobian = [&](const auto& z)
-                            JML_INLINE { return dynamics_jacobian(d, z, at); };
-  if constexpr (n <= 3 && (detail::Generic<decltype(detail::jacobian_of(d)), Vector<Wide, n>, At> ||
-                           detail::Generic<decltype(detail::dynamics_of(d)), Vector<Dual<Wide, n>, n>, At>)) {
+  const auto jacobian = [&](const auto& z) JML_INLINE { return dynamics_jacobian(d, z, at); };
+  if constexpr (n <= 3 &&
+                (detail::Generic<detail::HookOf<detail::hooks::DynamicsJacobian, D>, Vector<Wide, n>, At> ||
+                 detail::Generic<detail::HookOf<detail::hooks::Dynamics, D>, Vector<Dual<Wide, n>, n>, At>)) {
     detail::jacobian_and_hessian_by_duals<n>(jacobian, x, weights, J, hessian);
   } else {
     J = dynamics_jacobian(d, x, at);
@@ -128,15 +127,15 @@ JML_INLINE inline void dynamics_jacobian_and_hessian(const D& d, const Vector<Sc
 /// m_x and Σ_k weight_k ∇²m_k at once.
 template <typename Scalar, int n, int p, typename S, typename At>
 JML_INLINE inline void measurement_jacobian_and_hessian(const S& s, const Vector<Scalar, n>& x,
-                                                                    const Vector<Scalar, p>& weights,
-                                                                    const At& at, Matrix<Scalar, p, n>& J,
-                                                                    Matrix<Scalar, n, n>& hessian) {
+                                                        const Vector<Scalar, p>& weights, const At& at,
+                                                        Matrix<Scalar, p, n>& J,
+                                                        Matrix<Scalar, n, n>& hessian) {
   using Wide = Dual<Scalar, n>;
-  const auto jacobian = [&](const auto& z)
-                            JML_INLINE { return measurement_jacobian(s, z, at); };
-  if constexpr (n <= 3 &&
-                (detail::Generic<decltype(detail::sensor_jacobian_of(s)), Vector<Wide, n>, At> ||
-                 detail::Generic<decltype(detail::measurement_of(s)), Vector<Dual<Wide, n>, n>, At>)) {
+  const auto jacobian = [&](const auto& z) JML_INLINE { return measurement_jacobian(s, z, at); };
+  if constexpr (n <= 3 && (detail::Generic<detail::HookOf<detail::hooks::MeasurementJacobian, S>,
+                                           Vector<Wide, n>, At> ||
+                           detail::Generic<detail::HookOf<detail::hooks::Measurement, S>,
+                                           Vector<Dual<Wide, n>, n>, At>)) {
     detail::jacobian_and_hessian_by_duals<p>(jacobian, x, weights, J, hessian);
   } else {
     J = measurement_jacobian(s, x, at);

@@ -4,7 +4,7 @@
 #pragma once
 
 #include <jml/linear_algebra.hpp>
-#include <jml/model/dual.hpp>
+#include <jml/model/dual_functions.hpp>
 
 namespace jml {
 

@@ -25,15 +25,4 @@ struct Sensors {
 template <typename... S>
 inline constexpr Sensors<S...> sensors{};
 
-namespace detail {
-
-template <typename List, typename S>
-consteval bool require_listed() {
-  static_assert(List::template index_of<S>() < List::count,
-                "jml: this sensor type is not in the estimator's list: add it to jml::sensors<...>");
-  return true;
-}
-
-}  // namespace detail
-
 }  // namespace jml

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <jml/argument.hpp>
+#include <jml/status.hpp>
 
 namespace jml {
 
@@ -17,5 +18,24 @@ struct StepContext {
   Scalar dt = 0;
   Argument<Scalar, controls> control = kernel::zeros<Vector<Scalar, controls>>();
 };
+
+/// The context of the measurement at the end of a step.
+template <typename Scalar, int controls>
+[[nodiscard]] JML_INLINE inline StepContext<Scalar, controls> end_of(StepContext<Scalar, controls> at) {
+  at.time += static_cast<double>(at.dt);
+  return at;
+}
+
+/// invalid_time_step where dt is negative or not finite, or the time of the step's end is not;
+/// invalid_control.
+template <typename Scalar, int controls>
+[[nodiscard]] JML_INLINE inline Status check_context(const StepContext<Scalar, controls>& at) {
+  if (!(at.dt >= Scalar(0)) || !std::isfinite(at.time + static_cast<double>(at.dt)))
+    return Status::invalid_time_step;
+  if constexpr (controls > 0) {
+    if (!all_finite(at.control)) return Status::invalid_control;
+  }
+  return Status::ok;
+}
 
 }  // namespace jml

@@ -3,7 +3,7 @@
 /// What a model supplies: the two traits that look into a user's struct, and may be specialised from outside.
 ///
 /// A dynamics struct has `states`, usually `disturbances`, and functions named as below; a sensor struct has
-/// `measurements` and its own. Every function may take (x), (x, at) with an StepContext, and G, Q, R, the
+/// `measurements` and its own. Every function may take (x), (x, at) with a StepContext, and G, Q, R, the
 /// bounds and the disturbance mean also nothing at all. What is missing is derived (model/functions.hpp).
 ///
 /// For a type that cannot be edited, specialise DynamicsTraits or SensorTraits, inherit from DynamicsDefaults
@@ -142,7 +142,7 @@ struct DynamicsDefaults {
       -> decltype(m.disturbance_spectral_density(a...)) {
     return m.disturbance_spectral_density(a...);
   }
-  /// ū, q: |w| ≤ ū, entries zero or positive. Of jml::BoundedNoise only, which reads no Q.
+  /// ū, q: |w| ≤ ū, entries zero or positive. Of boxes only, which read no Q.
   template <typename M, typename... A>
   static constexpr auto disturbance_bound(const M& m, const A&... a) -> decltype(m.disturbance_bound(a...)) {
     return m.disturbance_bound(a...);
@@ -200,7 +200,7 @@ struct SensorDefaults {
       -> decltype(m.noise_spectral_density(a...)) {
     return m.noise_spectral_density(a...);
   }
-  /// b, p: |v| ≤ b, entries zero or positive. Of jml::BoundedNoise only, which reads no R.
+  /// b, p: |v| ≤ b, entries zero or positive. Of boxes only, which read no R.
   template <typename M, typename... A>
   static constexpr auto noise_bound(const M& m, const A&... a) -> decltype(m.noise_bound(a...)) {
     return m.noise_bound(a...);

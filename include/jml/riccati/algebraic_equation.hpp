@@ -73,15 +73,15 @@ struct RiccatiBlocks {
 
   /// A₀ = A - X S, B₀ = B - S X, and the residual A₀ X + X B + Q; the answer is the sum of the terms' norms.
   JML_NOINLINE Scalar residual(const Matrix<Scalar, n1, n2>& X, Matrix<Scalar, n1, n1>& A0,
-                                    Matrix<Scalar, n2, n2>& B0, Matrix<Scalar, n1, n2>& R) const {
+                               Matrix<Scalar, n2, n2>& B0, Matrix<Scalar, n1, n2>& R) const {
     Matrix<Scalar, n1, n2> AX, XB, XSX;
     Matrix<Scalar, n2, n2> SX;
-    kernel::multiply(S, X, SX);
-    kernel::add_product<-1>(A, X, S, A0);
+    kernel::multiply(S, X, SX);            // S X
+    kernel::add_product<-1>(A, X, S, A0);  // A₀ = A - X S
     B0 = B - SX;
-    kernel::multiply(A, X, AX);
-    kernel::multiply(X, B, XB);
-    kernel::multiply(X, SX, XSX);
+    kernel::multiply(A, X, AX);    // A X
+    kernel::multiply(X, B, XB);    // X B
+    kernel::multiply(X, SX, XSX);  // X S X
     R = (AX + Q) + (XB - XSX);
     return kernel::norm(AX) + kernel::norm(XB) + kernel::norm(Q) + kernel::norm(XSX);
   }

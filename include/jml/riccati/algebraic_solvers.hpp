@@ -52,7 +52,7 @@ template <typename Scalar, int n1, int n2>
 /// K += η V Vᵀ, V an orthonormal real basis of the first `dimension` columns.
 template <typename Scalar, int m>
 JML_NOINLINE void add_projection(const Matrix<std::complex<Scalar>, m, m>& basis, int dimension,
-                                      bool imaginary_too, Scalar shift, Matrix<Scalar, m, m>& K) {
+                                 bool imaginary_too, Scalar shift, Matrix<Scalar, m, m>& K) {
   Matrix<Scalar, m, m> V;
   int columns = 0;
   for (int j = 0; j < dimension; ++j) {
@@ -80,8 +80,8 @@ JML_NOINLINE void add_projection(const Matrix<std::complex<Scalar>, m, m>& basis
 /// rounding; false where they are not, or where their eigenvectors do not say which half is wanted.
 template <typename Scalar, int n1, int n2>
 [[nodiscard]] JML_NOINLINE bool shift_critical(const kernel::OrderedSchur<Scalar, n1 + n2>& schur,
-                                                 Scalar size, Scalar shift,
-                                                 Matrix<Scalar, n1 + n2, n1 + n2>& K) {
+                                               Scalar size, Scalar shift,
+                                               Matrix<Scalar, n1 + n2, n1 + n2>& K) {
   constexpr int m = n1 + n2;
   constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
   using Complex = std::complex<Scalar>;
@@ -149,7 +149,7 @@ template <typename Scalar, int n1, int n2>
 
 template <typename Scalar, int n1, int n2>
 JML_NOINLINE void solve_cold(const BalancedRiccati<Scalar, n1, n2>& balanced,
-                                  AlgebraicSolution<Scalar, n1, n2>& out) {
+                             AlgebraicSolution<Scalar, n1, n2>& out) {
   constexpr int m = n1 + n2;
   constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon(), rounding = Scalar(100 * m) * epsilon;
   const auto answer = [&out](Status status) { out.status = status; };

@@ -63,11 +63,11 @@ struct RadonFlow {
     Matrix<Scalar, n, n> X, Y;
     const Matrix<Scalar, n, n> E11 = E.template block<n, n>(0, 0), E12 = E.template block<n, n>(0, n);
     const Matrix<Scalar, n, n> E21 = E.template block<n, n>(n, 0), E22 = E.template block<n, n>(n, n);
-    kernel::add_product<1>(E11, E12, P, X);
-    kernel::add_product<1>(E21, E22, P, Y);
+    kernel::add_product<1>(E11, E12, P, X);  // X = E11 + E12 P
+    kernel::add_product<1>(E21, E22, P, Y);  // Y = E21 + E22 P
     Vector<Scalar, n> r = kernel::block<n, 1>(v, 0, 0), q = kernel::block<n, 1>(v, n, 0);
-    kernel::add_product<1>(r, E12, x, r);
-    kernel::add_product<1>(q, E22, x, q);
+    kernel::add_product<1>(r, E12, x, r);  // r = v1 + E12 x
+    kernel::add_product<1>(q, E22, x, q);  // q = v2 + E22 x
     out.distance = 0;
     for (int j = 0; j < n; ++j) {
       Scalar sum = 0;
@@ -82,8 +82,8 @@ struct RadonFlow {
       for (int j = k + 1; j < n; ++j) negative ^= factor.order[k] > factor.order[j];
     }
     out.positive = !negative;
-    factor.right_solve(Y, out.P);
-    kernel::add_product<-1>(q, out.P, r, out.x);
+    factor.right_solve(Y, out.P);                 // P = Y X⁻¹
+    kernel::add_product<-1>(q, out.P, r, out.x);  // x = q - P r
     return true;
   }
 };
@@ -92,11 +92,11 @@ struct RadonFlow {
 template <typename Scalar, int n, int p>
 bool damps(const RiccatiCoefficients<Scalar, n, p>& at, const Matrix<Scalar, p, p>& R,
            const Matrix<Scalar, n, n>& P) {
-  Matrix<Scalar, n, p> D, PD;
-  kernel::product(at.W, R, D);
-  kernel::product(P, D, PD);
+  Matrix<Scalar, n, p> DT, PD;
+  kernel::product(at.W, R, DT);  // Dᵀ = W R
+  kernel::product(P, DT, PD);    // P Dᵀ
   Matrix<Scalar, p, p> feedback;
-  kernel::product(at.E, PD, feedback);
+  kernel::product(at.E, PD, feedback);  // E P Dᵀ
   const Matrix<Scalar, p, p> symmetric_part = kernel::symmetric_part(feedback);
   return is_definite<Definite::positive_or_zero>(symmetric_part);
 }
@@ -132,24 +132,24 @@ template <typename Flow>
     kernel::set_block(radon.H, 0, 0, -kernel::transposed(at.B));
     kernel::set_block(radon.H, n, 0, at.noise);
     kernel::set_block(radon.H, n, n, at.A);
-    {  // a = f - A x, y - e = y - m + E x, at the midpoint
+    {  // at the midpoint
       X affine;
-      kernel::add_product<-1>(drift, at.A, between, affine);
+      kernel::add_product<-1>(drift, at.A, between, affine);  // a = f - A x
       kernel::set_block(radon.c, n, 0, affine);
     }
     if constexpr (p > 0) {
       Square WE;
-      kernel::product(at.W, at.E, WE);
+      kernel::product(at.W, at.E, WE);  // Dᵀ R⁻¹ E
       kernel::set_block(radon.H, 0, n, WE);
-      kernel::add_product<1>(innovation, at.E, between, innovation);
+      kernel::add_product<1>(innovation, at.E, between, innovation);  // y - e = y - m + E x
       X pull;
-      kernel::product(at.W, innovation, pull);
+      kernel::product(at.W, innovation, pull);  // Dᵀ R⁻¹ (y - e)
       kernel::set_block(radon.c, 0, 0, X(-pull));
       // y moves from its value at the start to that at the end, by way of the midpoint
       const Vector<Scalar, p> change = measurement_residual(
           flow.sensor(), Vector<Scalar, p>(flow.measured_at(start + static_cast<double>(h))),
           flow.measured_at(start));
-      kernel::product(at.W, change, pull);
+      kernel::product(at.W, change, pull);  // Dᵀ R⁻¹ (y(h) - y(0))
       kernel::set_block(radon.ramp, 0, 0, X(-pull));
       radon.c -= radon.ramp / Scalar(2);
     }

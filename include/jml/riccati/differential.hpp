@@ -20,16 +20,14 @@
 
 namespace jml {
 
-/// What a continuous filter reports of an interval, beside the estimate.
+/// What moving over an interval leaves beside (x, P).
 template <typename Scalar, int n, int p>
-struct FlowReport {
-  Status status = Status::ok;
-  Vector<Scalar, p> innovation =
-      kernel::zeros<Vector<Scalar, p>>();  ///< y - m(x̂) at the start of the interval
-  Matrix<Scalar, n, p> gain =
-      kernel::zeros<Matrix<Scalar, n, p>>();  ///< K = P Dᵀ R⁻¹ there, unit of x per y and s
-  long steps = 0;                             ///< of the integrator
-  long evaluations = 0;                       ///< of the differential equations
+struct FlowRecord {
+  Vector<Scalar, p> innovation = kernel::zeros<Vector<Scalar, p>>();  ///< y - m(x̂) at the interval's start
+  /// K = P Dᵀ R⁻¹ there, unit of x per y and s.
+  Matrix<Scalar, n, p> gain = kernel::zeros<Matrix<Scalar, n, p>>();
+  long steps = 0;        ///< of the integrator
+  long evaluations = 0;  ///< of the differential equations
 };
 
 /// The coefficients of eq. (19) at one point; D, E, R are there with a measurement only.
@@ -53,11 +51,11 @@ class Flow {
   using X = Vector<Scalar, n>;
   using Square = Matrix<Scalar, n, n>;
   using At = StepContext<Scalar, DynamicsTraits<D>::controls>;
-  using Report = FlowReport<Scalar, n, p>;
+  using Report = FlowRecord<Scalar, n, p>;
   using Coefficients = RiccatiCoefficients<Scalar, n, p>;
 
-  Flow(const Rule& rule, const D& dynamics, const detail::ProcessNoise<Scalar, D>& process_noise,
-       const S& sensor, const Signal& signal, const Vector<Scalar, DynamicsTraits<D>::controls>& control)
+  Flow(const Rule& rule, const D& dynamics, const ProcessNoise<Scalar, D>& process_noise, const S& sensor,
+       const Signal& signal, const Vector<Scalar, DynamicsTraits<D>::controls>& control)
       : rule_(rule),
         dynamics_(dynamics),
         process_noise_(process_noise),
@@ -76,7 +74,7 @@ class Flow {
   /// ẋ and Ṗ at (t, x, P). Not asked to be finite: a NaN goes through, and is looked for once per interval.
   /// `gain` and `innovation` may be wanted too.
   JML_INLINE inline Status derivative(double time, const X& x, const Square& P, X& dx, Square& dP,
-                                                  Report* report = nullptr) {
+                                      Report* report = nullptr) {
     const At now = at(time);
     const Square A = dynamics_slot<Rule::A>(rule_, dynamics_, x, x, now);
     kernel::assign(dx, predicted_state(dynamics_, x, now));
@@ -86,24 +84,24 @@ class Flow {
       const Vector<Scalar, p> innovation =
           measurement_residual(sensor_, Vector<Scalar, p>(signal_(time)), measurement(sensor_, x, now));
       Matrix<Scalar, n, p> PD, gain;
-      kernel::product_transposed(P, slot_d, PD);
-      kernel::product(PD, noise_.inverse, gain);
-      kernel::add_product<1>(dx, gain, innovation, dx);
+      kernel::product_transposed(P, slot_d, PD);         // P Dᵀ
+      kernel::product(PD, noise_.inverse, gain);         // K = P Dᵀ R⁻¹
+      kernel::add_product<1>(dx, gain, innovation, dx);  // ẋ = f + G w̄ + K (y - m)
       if (report != nullptr) {
         kernel::assign(report->gain, gain);
         kernel::assign(report->innovation, innovation);
       }
       const auto with_slot_e = [&](const Matrix<Scalar, p, n>& slot_e) JML_INLINE {
         if constexpr (p == 1)
-          rate_ = (slot_e * gain)(0, 0);
+          rate_ = (slot_e * gain)(0, 0);  // E K
         else
-          kernel::product(slot_e, PD, feedback_);
-        if constexpr (symmetric) {  // Ṗ = U + Uᵀ with U = (A - ½ K E) P + ½ G Q Gᵀ
+          kernel::product(slot_e, PD, feedback_);  // E P Dᵀ
+        if constexpr (symmetric) {                 // Ṗ = U + Uᵀ + G Q Gᵀ with U = (A - ½ K E) P
           Matrix<Scalar, n, p> half;
-          kernel::scale(half, Scalar(0.5), gain);
+          kernel::scale(half, Scalar(0.5), gain);  // ½ K
           Square closed, U;
-          kernel::add_product<-1>(A, half, slot_e, closed);
-          kernel::product(closed, P, U);
+          kernel::add_product<-1>(A, half, slot_e, closed);  // A - ½ K E
+          kernel::product(closed, P, U);                     // U = (A - ½ K E) P
           return add_noise(x, now, [&](const Square& noise) JML_INLINE {
             kernel::repeat<n>([&](int j) JML_INLINE {
               kernel::repeat<n>([&](int i) JML_INLINE {
@@ -113,7 +111,7 @@ class Flow {
           });
         } else {  // Ṗ = (A - K E) P + P Bᵀ + G Q Gᵀ
           Square closed;
-          kernel::add_product<-1>(A, gain, slot_e, closed);
+          kernel::add_product<-1>(A, gain, slot_e, closed);  // A - K E
           return finish(x, now, closed, A, P, dP);
         }
       };
@@ -168,7 +166,7 @@ class Flow {
         out.E = slot_d;
       else
         out.E = sensor_slot<Rule::E>(rule_, sensor_, x, x, now);
-      kernel::product(kernel::transposed(slot_d), noise_.inverse, out.W);
+      kernel::product(kernel::transposed(slot_d), noise_.inverse, out.W);  // W = Dᵀ R⁻¹
       innovation =
           measurement_residual(sensor_, Vector<Scalar, p>(signal_(time)), measurement(sensor_, x, now));
     }
@@ -187,18 +185,18 @@ class Flow {
       const Vector<Scalar, p> innovation =
           measurement_residual(sensor_, Vector<Scalar, p>(signal_(time)), measurement(sensor_, x, now));
       Matrix<Scalar, n, p> PD;
-      kernel::product_transposed(P, slot_d, PD);
+      kernel::product_transposed(P, slot_d, PD);  // P Dᵀ
       if (report != nullptr) {
         Matrix<Scalar, n, p> gain;
-        kernel::product(PD, noise_.inverse, gain);
+        kernel::product(PD, noise_.inverse, gain);  // K = P Dᵀ R⁻¹
         kernel::assign(report->gain, gain);
         kernel::assign(report->innovation, innovation);
       }
       Matrix<Scalar, p, p> feedback;
       if constexpr (Rule::D == Rule::E)
-        kernel::product(slot_d, PD, feedback);
+        kernel::product(slot_d, PD, feedback);  // E P Dᵀ
       else
-        kernel::product(sensor_slot<Rule::E>(rule_, sensor_, x, x, now), PD, feedback);
+        kernel::product(sensor_slot<Rule::E>(rule_, sensor_, x, x, now), PD, feedback);  // E P Dᵀ
       if constexpr (p == 1) {  // a negative E P Dᵀ would bring the denominator to zero
         const Scalar inverse =
             Scalar(1) / (noise_.R(0, 0) / ahead + (feedback(0, 0) > Scalar(0) ? feedback(0, 0) : Scalar(0)));
@@ -209,7 +207,7 @@ class Flow {
         const Vector<Scalar, p> weighted = factor.factor(sum)
                                                ? factor.solve(innovation)
                                                : Vector<Scalar, p>(ahead * (noise_.inverse * innovation));
-        kernel::add_product<1>(out, PD, weighted, out);
+        kernel::add_product<1>(out, PD, weighted, out);  // + P Dᵀ (R/ahead + E P Dᵀ)⁻¹ (y - m)
       }
     }
     return Status::ok;
@@ -226,16 +224,16 @@ class Flow {
  private:
   /// dP = left P + P Bᵀ + G Q Gᵀ, with `left` = A - K E.
   JML_INLINE inline Status finish(const X& x, const At& now, const Square& left, const Square& A,
-                                              const Square& P, Square& dP) {
+                                  const Square& P, Square& dP) {
     return add_noise(x, now, [&](const Square& noise) JML_INLINE {
       Square sum;
-      kernel::add_product<1>(noise, left, P, sum);
+      kernel::add_product<1>(noise, left, P, sum);  // left P + G Q Gᵀ
       if constexpr (Rule::A == Rule::B) {
-        kernel::add_product_transposed<1>(sum, P, A, dP);
+        kernel::add_product_transposed<1>(sum, P, A, dP);  // Ṗ = left P + P Aᵀ + G Q Gᵀ
         if constexpr (symmetric) mirror(dP);
       } else {
         const Square B = dynamics_slot<Rule::B>(rule_, dynamics_, x, x, now);
-        kernel::add_product_transposed<1>(sum, P, B, dP);
+        kernel::add_product_transposed<1>(sum, P, B, dP);  // Ṗ = left P + P Bᵀ + G Q Gᵀ
       }
     });
   }
@@ -260,7 +258,7 @@ class Flow {
 
   const Rule& rule_;
   const D& dynamics_;
-  const detail::ProcessNoise<Scalar, D>& process_noise_;
+  const ProcessNoise<Scalar, D>& process_noise_;
   const S& sensor_;
   const Signal& signal_;
   const Vector<Scalar, DynamicsTraits<D>::controls>& control_;

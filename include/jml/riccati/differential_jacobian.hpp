@@ -7,7 +7,7 @@
 /// else by differences of the right-hand side. G, Q and R count as constants there.
 #pragma once
 
-#include <jml/model/dual.hpp>
+#include <jml/model/dual_functions.hpp>
 #include <jml/riccati/differential.hpp>
 
 namespace jml {
@@ -84,16 +84,16 @@ constexpr bool differentiable() {
   using X = typename Flow::X;
   using DualX = Vector<Dual<Scalar, Flow::n>, Flow::n>;
   bool all =
-      detail::accepts_duals<decltype(detail::dynamics_of(std::declval<const D&>())),
-                            decltype(detail::jacobian_of(std::declval<const D&>())),
+      detail::accepts_duals<detail::HookOf<detail::hooks::Dynamics, D>,
+                            detail::HookOf<detail::hooks::DynamicsJacobian, D>,
                             decltype(detail::sdc_of(std::declval<const D&>())), Scalar, Flow::n, At>() &&
       detail::pair_accepts_duals<decltype(detail::sdc_about_of(std::declval<const D&>())), X, DualX, At>();
   if constexpr (Flow::measured) {
     using Y = Vector<Scalar, Flow::p>;
     using DualY = Vector<Dual<Scalar, Flow::n>, Flow::p>;
     all = all &&
-          detail::accepts_duals<decltype(detail::measurement_of(std::declval<const S&>())),
-                                decltype(detail::sensor_jacobian_of(std::declval<const S&>())),
+          detail::accepts_duals<detail::HookOf<detail::hooks::Measurement, S>,
+                                detail::HookOf<detail::hooks::MeasurementJacobian, S>,
                                 decltype(detail::sensor_sdc_of(std::declval<const S&>())), Scalar, Flow::n,
                                 At>() &&
           detail::pair_accepts_duals<decltype(detail::sensor_sdc_about_of(std::declval<const S&>())), X,

@@ -14,25 +14,38 @@
 
 namespace jml {
 
-/// What stands in a slot.
+/// What stands in a slot: a Jacobian or a SDC matrix, or a kind of one's own, a value of an empty struct with
+///   matrix(derivative, x, r), the n×n or p×n matrix for f or m, where derivative(z) is its Jacobian at z,
+///   x the estimate or the prediction, and r the reference point of the rule.
 enum class Slot { jacobian, sdc };
+
+/// The same kind of matrix stands in both slots.
+template <auto a, auto b>
+inline constexpr bool same_slot = false;
+template <auto a>
+inline constexpr bool same_slot<a, a> = true;
 
 /// Where A and B are evaluated. Eq. (9) with x_{i/i+1} ≅ x̂_i gives the estimate, which is also the textbook
 /// EKF; eqs. (14), (16), (17) print the prediction x̄_{i+1}.
 enum class EvaluatedAt { estimate, prediction };
 
 /// A row of the table, the reference point of its SDC matrices, and the point of A and B.
-template <Slot a, Slot b, Slot d, Slot e, typename Reference_ = AboutOrigin,
+template <auto a, auto b, auto d, auto e, typename Reference_ = AboutOrigin,
           EvaluatedAt point = EvaluatedAt::estimate>
 struct GainRule {
   using Reference = Reference_;
-  static constexpr Slot A = a, B = b, D = d, E = e;
-  static constexpr bool symmetric = a == b && d == e;  ///< P is symmetric, a covariance to first order
+  static constexpr auto A = a;
+  static constexpr auto B = b;
+  static constexpr auto D = d;
+  static constexpr auto E = e;
+  /// P is symmetric, a covariance to first order.
+  static constexpr bool symmetric = same_slot<a, b> && same_slot<d, e>;
   static constexpr EvaluatedAt evaluated_at = point;
   static constexpr bool about_origin = std::is_same_v<Reference, AboutOrigin>;
   static constexpr bool about_estimate = std::is_same_v<Reference, AboutEstimate>;
   static constexpr bool uses_sdc =  ///< false: the reference plays no part
-      a == Slot::sdc || b == Slot::sdc || d == Slot::sdc || e == Slot::sdc;
+      !(same_slot<a, Slot::jacobian> && same_slot<b, Slot::jacobian> && same_slot<d, Slot::jacobian> &&
+        same_slot<e, Slot::jacobian>);
 
   [[no_unique_address]] Reference reference{};
 
@@ -88,29 +101,37 @@ struct Rnls : Jml<Reference> {
 template <typename Rule>
 concept OnePassRule = requires {
   { Rule::symmetric } -> std::convertible_to<bool>;
-  { Rule::A } -> std::convertible_to<Slot>;
-} && !requires { typename Rule::Inner; };
+  Rule::A;
+  Rule::E;
+} && !requires { typename Rule::Inner; } && !requires {
+  typename Rule::template Belief<double, OfStates<1>>;
+};
 
 /// F(x; r) or f_x(x), as the slot says.
-template <Slot slot, typename Rule, typename Scalar, int n, typename D, typename At>
-JML_INLINE inline Matrix<Scalar, n, n> dynamics_slot(const Rule& rule, const D& d,
-                                                                 const Vector<Scalar, n>& x,
-                                                                 const Vector<Scalar, n>& estimate,
-                                                                 const At& at) {
-  if constexpr (slot == Slot::jacobian) {
+template <auto slot, typename Rule, typename Scalar, int n, typename D, typename At>
+JML_INLINE inline Matrix<Scalar, n, n> dynamics_slot(const Rule& rule, const D& d, const Vector<Scalar, n>& x,
+                                                     const Vector<Scalar, n>& estimate, const At& at) {
+  if constexpr (same_slot<slot, Slot::jacobian>) {
     return dynamics_jacobian(d, x, at);
+  } else if constexpr (!same_slot<slot, Slot::sdc>) {
+    return slot.matrix([&](const Vector<Scalar, n>& z) { return dynamics_jacobian(d, z, at); }, x,
+                       rule.reference_point(estimate));
   } else {
     return dynamics_sdc<Rule::about_origin>(d, x, rule.reference_point(estimate), at);
   }
 }
 
 /// M(x; r) or m_x(x), as the slot says.
-template <Slot slot, typename Rule, typename Scalar, int n, typename S, typename At>
-JML_INLINE inline Matrix<Scalar, measurements_of<S>, n> sensor_slot(
-    const Rule& rule, const S& s, const Vector<Scalar, n>& x, const Vector<Scalar, n>& prediction,
-    const At& at) {
-  if constexpr (slot == Slot::jacobian) {
+template <auto slot, typename Rule, typename Scalar, int n, typename S, typename At>
+JML_INLINE inline Matrix<Scalar, measurements_of<S>, n> sensor_slot(const Rule& rule, const S& s,
+                                                                    const Vector<Scalar, n>& x,
+                                                                    const Vector<Scalar, n>& prediction,
+                                                                    const At& at) {
+  if constexpr (same_slot<slot, Slot::jacobian>) {
     return measurement_jacobian(s, x, at);
+  } else if constexpr (!same_slot<slot, Slot::sdc>) {
+    return slot.matrix([&](const Vector<Scalar, n>& z) { return measurement_jacobian(s, z, at); }, x,
+                       rule.reference_point(prediction));
   } else {
     return measurement_sdc<Rule::about_origin>(s, x, rule.reference_point(prediction), at);
   }

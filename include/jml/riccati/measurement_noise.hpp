@@ -22,9 +22,7 @@ class MeasurementNoise {
   using X = Vector<Scalar, n>;
   using Square = Matrix<Scalar, p, p>;
   template <typename At>
-  static constexpr bool constant = !requires(const S& s, const X& x) {
-    SensorTraits<S>::noise_spectral_density(s, x);
-  } && !requires(const S& s, const X& x, const At& at) { SensorTraits<S>::noise_spectral_density(s, x, at); };
+  static constexpr bool constant = ConstantHook<hooks::NoiseSpectralDensity, S, X, At>;
 
  public:
   /// False where R is not finite, not symmetric or not positive definite. `x` and `at` are of the start.

@@ -7,7 +7,7 @@
 #include <jml/model/concepts.hpp>
 #include <type_traits>
 
-namespace jml::detail {
+namespace jml {
 
 /// G Q Gᵀ of the dynamics, n×n; Q is a covariance per step, or of continuous dynamics a spectral density.
 /// Where G and Q are constants it is formed and checked once, here; a filter keeps this object beside its
@@ -25,32 +25,26 @@ class ProcessNoise {
   static_assert(!identity_input || q == 0 || q == n,
                 "jml: the dynamics have fewer disturbances than states: give disturbance_input(), n×q");
   static constexpr bool continuous = ContinuousDynamics<D>;
-  // Whether Q may be asked with these arguments.
-  template <typename... A>
-  static constexpr bool gives_Q() {
-    if constexpr (continuous)
-      return requires(const D& d, const A&... a) { Traits::disturbance_spectral_density(d, a...); };
-    else
-      return requires(const D& d, const A&... a) { Traits::disturbance_covariance(d, a...); };
-  }
+  using Q = std::conditional_t<continuous, detail::hooks::DisturbanceSpectralDensity,
+                               detail::hooks::DisturbanceCovariance>;
 
  public:
   /// G and Q are the same at every state and time.
   static constexpr bool constant =
-      q == 0 || (gives_Q<>() && !gives_Q<X>() && !gives_Q<X, At>() &&
-                 (identity_input || requires(const D& d) { Traits::disturbance_input(d); }));
+      q == 0 || (detail::ConstantHook<Q, D, X, At> &&
+                 (identity_input || detail::ConstantHook<detail::hooks::DisturbanceInput, D, X, At>));
 
   explicit ProcessNoise(const D& d) {
     if constexpr (constant) valid_ = form(d, kernel::zeros<X>(), At{}, noise_);
   }
 
-  /// False where a constant Q is no covariance.
+  /// False where a constant Q is not finite, not symmetric or indefinite, or a constant G not finite.
   [[nodiscard]] bool valid() const { return valid_; }
 
-  /// False where Q is not finite, not symmetric or indefinite, or G is not finite.
+  /// use(G Q Gᵀ) at x; false, and not called, where Q is not finite, not symmetric or indefinite, or G is not
+  /// finite.
   template <typename Function>
-  [[nodiscard]] JML_INLINE bool with(const D& d, const X& x, const At& at,
-                                              const Function& use) const {
+  [[nodiscard]] JML_INLINE bool with(const D& d, const X& x, const At& at, const Function& use) const {
     if constexpr (constant) {
       if (valid_) use(noise_);
       return valid_;
@@ -66,19 +60,19 @@ class ProcessNoise {
   static bool form(const D& d, const X& x, const At& at, Matrix<Scalar, n, n>& out) {
     kernel::set_zero(out);
     if constexpr (q > 0) {
-      Matrix<Scalar, q, q> Q;
+      Matrix<Scalar, q, q> covariance;
       if constexpr (continuous)
-        Q = disturbance_spectral_density(d, x, at);
+        covariance = disturbance_spectral_density(d, x, at);
       else
-        Q = disturbance_covariance(d, x, at);
-      if (!is_covariance(Q)) return false;
+        covariance = disturbance_covariance(d, x, at);
+      if (!is_covariance(covariance)) return false;
       if constexpr (identity_input && q == n) {
-        out = Q;
+        out = covariance;
       } else {
         const Matrix<Scalar, n, q> G = disturbance_input(d, x, at);
         Matrix<Scalar, n, q> GQ;
-        kernel::product(G, Q, GQ);
-        kernel::add_symmetric_product<1>(out, GQ, G, out);
+        kernel::product(G, covariance, GQ);                 // G Q
+        kernel::add_symmetric_product<1>(out, GQ, G, out);  // G Q Gᵀ
         return all_finite(out);
       }
     }
@@ -90,4 +84,4 @@ class ProcessNoise {
   bool valid_ = true;
 };
 
-}  // namespace jml::detail
+}  // namespace jml

@@ -39,9 +39,7 @@ class Anderson {
       if (determinant > flat * a11 * a22) {
         const Scalar scale = Scalar(1) / determinant;
         const Scalar newer = (b1 * a22 - b2 * a12) * scale, older = (b2 * a11 - b1 * a12) * scale;
-        each([&](int i) JML_INLINE {
-          out(i) = g(i) - newer_g_(i) * newer - older_g_(i) * older;
-        });
+        each([&](int i) JML_INLINE { out(i) = g(i) - newer_g_(i) * newer - older_g_(i) * older; });
       } else if (a11 > Scalar(0)) {
         const Scalar newer = b1 / a11;
         each([&](int i) JML_INLINE { out(i) = g(i) - newer_g_(i) * newer; });

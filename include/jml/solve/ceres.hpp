@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The fallback solver of an iterated rule, solved by Ceres (component jml::ceres). Not heap-free: not for the control
-/// loop.
+/// The fallback solver of an iterated rule, solved by Ceres (component jml::ceres). Not heap-free: not for
+/// the control loop.
 ///
 ///     jml::Filter filter{jml::IteratedJml<jml::AboutOrigin, jml::Ceres>{}, dynamics, estimate};
 #pragma once

@@ -36,16 +36,17 @@ inline Scalar norm_bound(const Matrix<Scalar, rows, cols>& M) {
   return std::sqrt(largest_column_sum(M) * largest(row_sums(M)));
 }
 
+/// out = a b.
 template <typename Scalar, int rows, int inner, int cols>
 JML_NOINLINE void multiply(const Matrix<Scalar, rows, inner>& a, const Matrix<Scalar, inner, cols>& b,
-                                Matrix<Scalar, rows, cols>& out) {
+                           Matrix<Scalar, rows, cols>& out) {
   product(a, b, out);
 }
 
-/// out += a b
+/// out += a b.
 template <typename Scalar, int rows, int inner, int cols>
 JML_NOINLINE void accumulate(const Matrix<Scalar, rows, inner>& a, const Matrix<Scalar, inner, cols>& b,
-                                  Matrix<Scalar, rows, cols>& out) {
+                             Matrix<Scalar, rows, cols>& out) {
   add_product<1>(out, a, b, out);
 }
 
@@ -104,18 +105,18 @@ template <typename Scalar, int n1, int n2>
     sum += power * norm_e * norm_f;
     power *= Scalar(2);
     M = kernel::identity<Matrix<Scalar, n2, n2>>();
-    kernel::add_product<-1>(M, G, H, M);
+    kernel::add_product<-1>(M, G, H, M);  // I - G H
     T1 = E;
     T2 = G;
-    if (!(kernel::eliminate(M, T1, T2) > epsilon)) return out;
-    kernel::multiply(T2, F, TF);
+    if (!(kernel::eliminate(M, T1, T2) > epsilon)) return out;  // T1 = (I-GH)⁻¹E, T2 = (I-GH)⁻¹G
+    kernel::multiply(T2, F, TF);                                // (I-GH)⁻¹G F
     inner = F;
-    kernel::accumulate(H, TF, inner);
-    kernel::multiply(F, inner, next_f);
-    kernel::multiply(H, T1, HT);
-    kernel::accumulate(F, HT, H);
-    kernel::accumulate(E, TF, G);
-    kernel::multiply(E, T1, next_e);
+    kernel::accumulate(H, TF, inner);    // F + H (I-GH)⁻¹G F
+    kernel::multiply(F, inner, next_f);  // F⁺ = F (I-HG)⁻¹F
+    kernel::multiply(H, T1, HT);         // H (I-GH)⁻¹E
+    kernel::accumulate(F, HT, H);        // H⁺ = H + F H (I-GH)⁻¹E
+    kernel::accumulate(E, TF, G);        // G⁺ = G + E (I-GH)⁻¹G F
+    kernel::multiply(E, T1, next_e);     // E⁺ = E (I-GH)⁻¹E
     E = next_e;
     F = next_f;
     const Scalar last_e = norm_e, last_f = norm_f;

@@ -27,8 +27,7 @@ JML_INLINE inline void subtract_multiple(const Vector<T, n>& from, const T& fact
 /// Each `right` becomes M⁻¹ right; M is used up. Exchanges rows for the largest pivot. The answer is the
 /// smallest pivot relative to the largest entry of M: near rounding, M is singular; 0 where M is not finite.
 template <typename T, int n, int... cols>
-JML_NOINLINE typename Eigen::NumTraits<T>::Real eliminate(Matrix<T, n, n>& M,
-                                                               Matrix<T, n, cols>&... right) {
+JML_NOINLINE typename Eigen::NumTraits<T>::Real eliminate(Matrix<T, n, n>& M, Matrix<T, n, cols>&... right) {
   using Real = typename Eigen::NumTraits<T>::Real;
   using std::abs;
   const Real most = largest(M);
@@ -88,7 +87,7 @@ JML_NOINLINE Scalar mean_modulus(Matrix<Scalar, n, n> M, Scalar least) {
 /// dimension: how many pivots of a complete exchange are below `slack` times the largest entry.
 template <typename T, int n>
 JML_NOINLINE int null_space(Matrix<T, n, n> M, typename Eigen::NumTraits<T>::Real slack,
-                                 Matrix<T, n, n>& basis) {
+                            Matrix<T, n, n>& basis) {
   using Real = typename Eigen::NumTraits<T>::Real;
   using std::abs;
   int order[n];

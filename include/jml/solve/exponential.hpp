@@ -14,7 +14,7 @@
 
 namespace jml::kernel {
 
-/// The largest norm that exponential() serves to rounding.
+/// The largest norm that Exponential serves to rounding.
 inline constexpr double exponential_reach = 0.95;
 
 /// d = L U in place without pivoting, for a d that is diagonally dominant by columns; U's diagonal inverted.
@@ -32,8 +32,7 @@ JML_INLINE inline void factor_dominant(Matrix<Scalar, m, m>& d) {
 
 /// b := b (L U)⁻¹ for m×m b: whole columns, of one length.
 template <typename Scalar, int m>
-JML_INLINE inline void right_solve_dominant(const Matrix<Scalar, m, m>& lu,
-                                                        Matrix<Scalar, m, m>& b) {
+JML_INLINE inline void right_solve_dominant(const Matrix<Scalar, m, m>& lu, Matrix<Scalar, m, m>& b) {
   repeat<m, 4>([&](int j) JML_INLINE {
     for (int k = 0; k < j; ++k) {
       for (int i = 0; i < m; ++i) b(i, j) -= b(i, k) * lu(k, j);
@@ -74,11 +73,11 @@ class Exponential {
                                                                 : 7;
     coefficients_ = degree == 3 ? b3 : degree == 5 ? b5 : b7;
     const Scalar* b = coefficients_;
-    product(H, H, squared_);
+    product(H, H, squared_);  // H²
     Square lu = b[2] * squared_;
     odd_ = b[3] * squared_;
     if (degree > 3) {
-      product(squared_, squared_, fourth_);
+      product(squared_, squared_, fourth_);  // H⁴
       lu += b[4] * fourth_;
       odd_ += b[5] * fourth_;
     } else {
@@ -86,7 +85,7 @@ class Exponential {
     }
     if (degree > 5) {
       Square sixth;
-      product(fourth_, squared_, sixth);
+      product(fourth_, squared_, sixth);  // H⁶
       lu += b[6] * sixth;
       odd_ += b[7] * sixth;
     }
@@ -95,11 +94,11 @@ class Exponential {
       odd_(i, i) += Scalar(0.5);
     }
     Square H_odd;
-    product(H, odd_, H_odd);
+    product(H, odd_, H_odd);  // H odd
     value_ = lu + H_odd;
     lu -= H_odd;  // the denominator, which commutes with the numerator
     factor_dominant(lu);
-    right_solve_dominant(lu, value_);
+    right_solve_dominant(lu, value_);  // e^H = N D⁻¹
     lu_ = lu;
   }
 
@@ -109,7 +108,7 @@ class Exponential {
   /// φ₁(H) c = ∫₀¹ e^{Hs} c ds.
   [[nodiscard]] Column phi1(const Column& c) const {
     Column out;
-    product(odd_, c, out);
+    product(odd_, c, out);  // odd c
     out *= Scalar(2);
     solve_dominant(lu_, out);
     return out;
@@ -119,11 +118,11 @@ class Exponential {
   [[nodiscard]] Column phi2(const Column& r) const {
     const Scalar* b = coefficients_;
     Column squared_r, fourth_r, out;
-    product(squared_, r, squared_r);
-    product(fourth_, r, fourth_r);
+    product(squared_, r, squared_r);  // H² r
+    product(fourth_, r, fourth_r);    // H⁴ r
     const Column inner = (2 * b[3] - b[2]) * r + (2 * b[5] - b[4]) * squared_r + (2 * b[7] - b[6]) * fourth_r;
-    product(odd_, r, out);
-    add_product<1>(out, H_, inner, out);
+    product(odd_, r, out);                // odd r
+    add_product<1>(out, H_, inner, out);  // (odd + (2 odd - even) H⁻¹) r
     solve_dominant(lu_, out);
     return out;
   }

@@ -30,8 +30,8 @@ struct LevenbergMarquardt {
       const Matrix<Scalar, size, rows> JT = kernel::transposed(J);
       Vector<Scalar, size> gradient;
       Matrix<Scalar, size, size> normal;
-      kernel::product(JT, r, gradient);
-      kernel::product(JT, J, normal);
+      kernel::product(JT, r, gradient);  // Jᵀ r
+      kernel::product(JT, J, normal);    // Jᵀ J
       Scalar trace = 0;
       for (int i = 0; i < size; ++i) trace += normal(i, i);
       const Scalar floor =

@@ -3,7 +3,9 @@
 /// Damped Newton for a small square system r(z) = 0.
 #pragma once
 
+#include <concepts>
 #include <jml/factors.hpp>
+#include <jml/status.hpp>
 
 namespace jml {
 
@@ -20,7 +22,7 @@ struct SolverReport {
 /// `tolerance`, at a step that no longer helps, or after `max_iterations`; z is then the best point found.
 template <typename System, typename Scalar, int size>
 JML_NOINLINE SolverReport damped_newton(const System& system, Vector<Scalar, size>& z, Scalar tolerance,
-                                             int max_iterations) {
+                                        int max_iterations) {
   SolverReport report;
   Vector<Scalar, size> r;
   if (!system.residual(z, r)) return report;
@@ -54,5 +56,14 @@ JML_NOINLINE SolverReport damped_newton(const System& system, Vector<Scalar, siz
   report.converged = best <= tolerance;
   return report;
 }
+
+/// F.minimize(problem, u): from u, a least-squares problem of compile-time size (LevenbergMarquardt's
+/// docstring says what that is); F::solver names it in a report. The fallback solver of an iterated rule.
+template <typename F, typename Problem, typename Scalar>
+concept LeastSquaresSolver =
+    requires(const F& f, const Problem& problem, Vector<Scalar, Problem::parameters>& u) {
+      { f.minimize(problem, u) } -> std::same_as<SolverReport>;
+      { F::solver } -> std::convertible_to<Solver>;
+    };
 
 }  // namespace jml

@@ -51,7 +51,7 @@ Outcome run(const Rule& rule, const D& plant, const S& sensor, const jml::Box<do
   constexpr int p = S::measurements;
   const jml::StepContext<double> none;
   Outcome out;
-  jml::BoundedNoise filter{rule, plant, prior};
+  jml::Filter filter{rule, plant, prior};
   std::vector<jml::Vector<double, n>> cloud;
   for (int i = 0; i < count; ++i) cloud.push_back(models::point_of(prior, noise, i % 2 == 1));
   for (int k = 0; k < steps; ++k) {

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What jml::Filter owns, and how a method's verbs are run on it: commit where the answer is usable, else
+/// keep all.
+#pragma once
+
+#include <jml/clock.hpp>
+#include <jml/filter/method.hpp>
+#include <jml/filter/when.hpp>
+
+namespace jml::detail {
+
+/// Method, model, belief, clock, control, status.
+template <typename M, typename D, typename Scalar>
+class FilterCore {
+ public:
+  using Method = typename MethodOf<M>::type;
+  using Belief = BeliefOf<M, D, Scalar>;
+  using Control = Argument<Scalar, DynamicsTraits<D>::controls>;
+  using At = StepContext<Scalar, DynamicsTraits<D>::controls>;
+  template <typename S>
+  using Report = jml::ReportOf<M, D, S, Scalar>;
+  template <typename S>  // no measurements: said nowhere, and refused in words
+  using Measurement =
+      Argument<Scalar, (SensorTraits<S>::measurements > 0 ? SensorTraits<S>::measurements : 1)>;
+  static constexpr bool rolls_back = detail::rolls_back<Method>();
+
+  FilterCore(M how, const D& dynamics)
+      : method(std::move(how)), model(make_model(method, dynamics)), belief(make_belief(dynamics)) {}
+
+  [[no_unique_address]] Method method;
+
+ private:
+  struct NoModel {
+    explicit NoModel(const D&) {}
+  };
+  using Model = typename std::conditional_t<rolls_back, std::type_identity<NoModel>,
+                                            detail::ModelOf<Method, Scalar, D>>::type;
+
+ public:
+  [[no_unique_address]] Model model;
+  Belief belief;
+  Control control = kernel::zeros<Control>();  // of the last step, for a sensor that reads it
+  Clock clock;
+  Status status = Status::ok;
+
+  template <typename Start>
+  void start(const Start& start, double time) {
+    clock = Clock(time);
+    kernel::set_zero(control);
+    if constexpr (rolls_back)
+      status = method.start(belief, start, time);
+    else
+      status = method.start(model, start, belief);
+    if (!std::isfinite(time)) status = Status::invalid_time_step;
+  }
+
+  /// s: what the caller gave for dt.
+  template <typename Step>
+  [[nodiscard]] JML_INLINE Scalar length(const Step& dt) const {
+    if constexpr (std::is_same_v<Step, NoTime>)
+      return Scalar(0);
+    else if constexpr (std::is_same_v<Step, AtTime>)
+      return static_cast<Scalar>(clock.until(dt.time));
+    else
+      return static_cast<Scalar>(dt);
+  }
+
+  /// y as a method gets it: what was not measured is no NaN.
+  template <typename S>
+  [[nodiscard]] JML_INLINE static decltype(auto) measured(const S& sensor, const Measurement<S>& y) {
+    if constexpr (is_part<S>) {
+      Measurement<S> kept = y;
+      for (int i = 0; i < SensorTraits<S>::measurements; ++i) {
+        if (!sensor.rows.has(i)) kept(i) = Scalar(0);
+      }
+      return kept;
+    } else {
+      static_cast<void>(sensor);
+      return (y);
+    }
+  }
+
+  /// A step over dt with y at its end. `Of`: the sensor of which `sensor` may be a part.
+  template <typename Of, typename S, typename Y>
+  [[nodiscard]] JML_INLINE Report<Of> step(const S& sensor, const Y& y, Scalar dt, const Control& over,
+                                           const Gate& gate) {
+    Report<Of> report = begin<Report<Of>>(sensor);
+    if (report.status != Status::ok) return report;
+    const At at{clock.time(), dt, over};
+    report.status = check_context(at);
+    if (report.status != Status::ok) return report;
+    const auto sample = Sample{sensor, y, at, gate};
+    if constexpr (rolls_back) {
+      method.step(belief, sample, report);
+    } else {
+      Belief next;
+      if constexpr (requires { method.step(model, belief, sample, next, report); }) {
+        method.step(model, belief, sample, next, report);
+      } else {
+        Belief predicted;
+        report.status = method.predict(model, belief, at, predicted);
+        if (usable(report.status)) {
+          const At end = end_of(at);
+          method.correct(model, predicted, Sample{sensor, y, end, gate}, next, report);
+        }
+      }
+      if (usable(report.status)) belief = next;
+    }
+    if (usable(report.status)) move_on(at);
+    return report;
+  }
+
+  [[nodiscard]] JML_INLINE Status predict(Scalar dt, const Control& over) {
+    if (status != Status::ok) return status;
+    const At at{clock.time(), dt, over};
+    Status answer = check_context(at);
+    if (answer != Status::ok) return answer;
+    if constexpr (rolls_back) {
+      answer = method.predict(belief, at);
+    } else {
+      Belief next;
+      answer = method.predict(model, belief, at, next);
+      if (usable(answer)) belief = next;
+    }
+    if (usable(answer)) move_on(at);
+    return answer;
+  }
+
+  /// A correction with y of the present, or of before, as `which` says.
+  template <typename Of, typename S, typename... Which>
+  [[nodiscard]] JML_INLINE Report<Of> correct(const S& sensor, const Measurement<Of>& given, const Gate& gate,
+                                              const Which&... which) {
+    Report<Of> report = begin<Report<Of>>(sensor);
+    if (report.status != Status::ok) return report;
+    const auto& y = measured(sensor, given);
+    const Lateness late = lateness(clock, which...);
+    if (late.status != Status::ok) {
+      report.status = late.status;
+    } else if (late.now()) {
+      const At at{clock.time(), Scalar(0), control};
+      const auto sample = Sample{sensor, y, at, gate};
+      if constexpr (rolls_back) {
+        method.correct(belief, sample, report);
+      } else {
+        Belief next;
+        method.correct(model, belief, sample, next, report);
+        if (usable(report.status)) belief = next;
+      }
+    } else if constexpr (requires { method.correct_late(belief, sensor, y, late, report); }) {
+      method.correct_late(belief, sensor, y, late, report);
+    } else {
+      report.status = Status::older_than_window;
+    }
+    return report;
+  }
+
+ private:
+  static Model make_model(const Method& method, const D& dynamics) {
+    if constexpr (std::is_constructible_v<Model, D, Method>)
+      return Model(dynamics, method);
+    else
+      return Model(dynamics);
+  }
+  static Belief make_belief(const D& dynamics) {
+    if constexpr (rolls_back)
+      return Belief(dynamics);
+    else
+      return Belief{};
+  }
+
+  /// A report that knows how many rows were measured, and refuses rows that the sensor has not.
+  template <typename R, typename S>
+  [[nodiscard]] JML_INLINE R begin(const S& sensor) const {
+    R report;
+    report.status = status;
+    if constexpr (is_part<S>) {
+      report.degrees = static_cast<std::int16_t>(sensor.rows.count());
+      if (report.status == Status::ok && !sensor.rows.within(SensorTraits<S>::measurements))
+        report.status = Status::invalid_measurement;
+    } else {
+      static_cast<void>(sensor);
+    }
+    return report;
+  }
+
+  JML_INLINE void move_on(const At& at) {
+    clock.advance(static_cast<double>(at.dt));
+    control = at.control;
+  }
+};
+
+}  // namespace jml::detail

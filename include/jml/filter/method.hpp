@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What an estimator has to say to run in jml::Filter: a method is a belief with two verbs.
+///
+/// A method carries a Belief from sample to sample, and moves it with pure functions: what they read is
+/// `prior`, what they answer is `next`. Everything else (time, control, gate, status, the last good belief on
+/// refusal) is Filter's. A method of one's own is a struct such as
+///
+///     struct Mine {
+///       template <typename Scalar, jml::Dynamics D> using Belief = jml::Estimate<Scalar, jml::states_of<D>>;
+///
+///       // Makes a belief of what the user gives to the filter, or says why not.
+///       template <typename Model, typename Start, typename Belief>
+///       jml::Status start(const Model& model, const Start& start, Belief& belief) const;
+///
+///       // Over at.dt, with at.control, from at.time.
+///       template <typename Model, typename Belief, typename At>
+///       jml::Status predict(const Model& model, const Belief& prior, const At& at, Belief& next) const;
+///
+///       // With one measurement; fills the report: its status is ok at first.
+///       template <typename Model, typename Belief, typename Sample, typename Report>
+///       void correct(const Model& model, const Belief& prior, const Sample& sample, Belief& next,
+///                    Report& report) const;
+///     };
+///
+/// and may say more:
+///   Model<Scalar, D>        what the verbs see of the dynamics; default NoisyDynamics. Made from the
+///                           dynamics, or from them and the method. A method that keeps a workspace keeps it
+///                           there, and takes its model as not const.
+///   Report<Scalar, D, S>    default StepReport.
+///   Start<Scalar, D>        what {…} means where it starts; default Estimate.
+///   step(model, prior, sample, next, report)   one joint step, where predicting and correcting are one thing
+///                           or are cheaper together; sample.at is the step's. Default: predict, correct.
+///   accepts<D>(), accepts_sensor<S>()   consteval: static_asserts what a model must be.
+///   symmetric               true: P is a covariance, symmetric, no negative variance; check_method() asks.
+///   optimal_on_linear       true: it equals the Kalman filter on a linear system; check_method() then asks.
+///   correct_late(belief, sensor, y, lateness, report)   of a method with a memory: a measurement of before,
+///                           which any other method refuses (older_than_window).
+///   rolls_back              true: a belief too large to copy. It holds the dynamics itself, is made from
+///                           them, its verbs are predict(belief, at), correct(belief, sample, report) and
+///                           step(belief, sample, report), and each restores it on refusal.
+///
+/// Examples, with their tests: examples/write_your_own/.
+#pragma once
+
+#include <jml/estimate.hpp>
+#include <jml/filter/report.hpp>
+#include <jml/model/part.hpp>
+#include <jml/riccati/process_noise.hpp>
+
+namespace jml {
+
+/// The method behind a short spelling, such as a rule of Table 1; by default the type itself.
+template <typename M>
+struct MethodOf {
+  using type = M;
+};
+
+/// A measurement on its way into a belief. Y: a Vector of p; of a continuous method perhaps a Signal.
+template <typename S, typename Y, typename At>
+struct Sample {
+  static constexpr int measurements = SensorTraits<S>::measurements;
+  const S& sensor;
+  const Y& y;
+  const At& at;  ///< of the sample; in a joint step, of the step
+  const Gate& gate;
+};
+template <typename S, typename Y, typename At>
+Sample(const S&, const Y&, const At&, const Gate&) -> Sample<S, Y, At>;
+template <typename S, typename Scalar, int p, typename At>
+Sample(const S&, const Argument<Scalar, p>&, const At&, const Gate&) -> Sample<S, Vector<Scalar, p>, At>;
+
+/// Dynamics, and G Q Gᵀ, which is formed and checked once where it is a constant.
+template <typename Scalar, typename D>
+struct NoisyDynamics {
+  explicit NoisyDynamics(const D& model) : dynamics(model), noise(model) {}
+
+  [[no_unique_address]] D dynamics;
+  ProcessNoise<Scalar, D> noise;
+
+  /// invalid_disturbance_covariance where a constant Q or G is none.
+  [[nodiscard]] Status status() const {
+    return noise.valid() ? Status::ok : Status::invalid_disturbance_covariance;
+  }
+};
+
+/// Dynamics alone, for a method that reads no Q.
+template <typename D>
+struct PlainDynamics {
+  explicit PlainDynamics(const D& model) : dynamics(model) {}
+  [[no_unique_address]] D dynamics;
+};
+
+namespace detail {
+
+template <typename M, typename Scalar, typename D>
+struct ModelOf {
+  using type = NoisyDynamics<Scalar, D>;
+};
+template <typename M, typename Scalar, typename D>
+  requires requires { typename M::template Model<Scalar, D>; }
+struct ModelOf<M, Scalar, D> {
+  using type = typename M::template Model<Scalar, D>;
+};
+
+template <typename M, typename Scalar, typename D, typename S>
+struct ReportOf {
+  using type = StepReport<Scalar, DynamicsTraits<D>::states, SensorTraits<S>::measurements>;
+};
+template <typename M, typename Scalar, typename D, typename S>
+  requires requires { typename M::template Report<Scalar, D, S>; }
+struct ReportOf<M, Scalar, D, S> {
+  using type = typename M::template Report<Scalar, D, S>;
+};
+
+template <typename M, typename Scalar, typename D>
+struct StartOf {
+  using type = Estimate<Scalar, DynamicsTraits<D>::states>;
+};
+template <typename M, typename Scalar, typename D>
+  requires requires { typename M::template Start<Scalar, D>; }
+struct StartOf<M, Scalar, D> {
+  using type = typename M::template Start<Scalar, D>;
+};
+
+template <typename M>
+consteval bool rolls_back() {
+  if constexpr (requires { M::rolls_back; })
+    return M::rolls_back;
+  else
+    return false;
+}
+
+template <typename M, typename D>
+consteval bool require_accepted() {
+  if constexpr (requires { M::template accepts<D>(); }) return M::template accepts<D>();
+  return true;
+}
+
+template <typename M, typename S>
+consteval bool require_accepted_sensor() {
+  if constexpr (requires { M::template accepts_sensor<S>(); }) return M::template accepts_sensor<S>();
+  return require_sensor<S>();
+}
+
+}  // namespace detail
+
+template <typename M, typename D, typename Scalar = double>
+using ModelOf = typename detail::ModelOf<typename MethodOf<M>::type, Scalar, D>::type;
+template <typename M, typename D, typename Scalar = double>
+using BeliefOf = typename MethodOf<M>::type::template Belief<Scalar, D>;
+template <typename M, typename D, typename S, typename Scalar = double>
+using ReportOf = typename detail::ReportOf<typename MethodOf<M>::type, Scalar, D, S>::type;
+
+/// M can carry a belief of D through time. (What it asks of sensors shows where one is given.)
+template <typename M, typename D, typename Scalar = double>
+concept Method = requires { typename BeliefOf<M, D, Scalar>; } &&
+                 (requires(const typename MethodOf<M>::type& method, ModelOf<M, D, Scalar>& model,
+                           const BeliefOf<M, D, Scalar>& prior, BeliefOf<M, D, Scalar>& next,
+                           const StepContext<Scalar, DynamicsTraits<D>::controls>& at) {
+                   { method.predict(model, prior, at, next) } -> std::same_as<Status>;
+                 } || requires(const typename MethodOf<M>::type& method, BeliefOf<M, D, Scalar>& belief,
+                               const StepContext<Scalar, DynamicsTraits<D>::controls>& at) {
+                   requires MethodOf<M>::type::rolls_back;
+                   { method.predict(belief, at) } -> std::same_as<Status>;
+                 });
+
+}  // namespace jml

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What one measurement adds to the backward pass: value, slope and curvature of ½ ρ(rᵀR⁻¹r).
+#pragma once
+
+#include <jml/interval/costate.hpp>
+#include <jml/interval/loss.hpp>
+#include <jml/model/hessian.hpp>
+
+namespace jml::detail {
+
+/// What the backward pass takes for the curvature of f and m: none, or their second derivatives (Newton),
+/// where the quadratic model may turn out to have no minimum.
+enum class Curvature { none, full };
+
+/// a += sym(b).
+template <typename Scalar, int n>
+JML_INLINE inline void add_symmetric(Matrix<Scalar, n, n>& a, const Matrix<Scalar, n, n>& b) {
+  kernel::repeat<n>([&](int j) JML_INLINE {
+    a(j, j) += b(j, j);
+    for (int i = j + 1; i < n; ++i) {
+      a(i, j) += (b(i, j) + b(j, i)) / Scalar(2);
+      a(j, i) = a(i, j);
+    }
+  });
+}
+
+/// `bent`: with the loss's own curvature, which may leave none along an outlier. Without it a plain pass
+/// takes shorter steps that lower J.
+template <Curvature curvature, bool bent, typename Record, typename Scalar, int n, typename At>
+JML_INLINE inline void add_record(const Record& record, const Loss& loss, const Vector<Scalar, n>& x,
+                                  const At& at, PassSums<Scalar>& sums, CostToGo<Scalar, n>& v) {
+  constexpr int p = Record::p;
+  const Vector<Scalar, p> residual =
+      measurement_residual(record.sensor, record.y, measurement(record.sensor, x, at));
+  const Scalar s = record.R.squared_norm(residual);
+  auto value = typename Loss::template Value<Scalar>{s, Scalar(1), Scalar(0)};
+  if (loss.kind != Loss::Kind::none) value = loss(s);
+  Matrix<Scalar, p, n> m_x;
+  if constexpr (curvature == Curvature::full) {
+    Vector<Scalar, p> weights;
+    kernel::scale(weights, -value.slope, record.R.solve(residual));  // -ρ' R⁻¹ r
+    Matrix<Scalar, n, n> bend;
+    measurement_jacobian_and_hessian(record.sensor, x, weights, at, m_x, bend);
+    add_symmetric(v.information, bend);
+  } else {
+    m_x = measurement_jacobian(record.sensor, x, at);
+  }
+  sums.cost += value.rho / Scalar(2);
+  if (loss.kind == Loss::Kind::none)
+    add_measurement(m_x, record.R, residual, v);
+  else
+    add_robust_measurement(m_x, record.R, residual, value.slope, bent ? value.bend : Scalar(0), v);
+}
+
+}  // namespace jml::detail
