@@ -5,42 +5,11 @@
 //
 // A limit, not a success: x has a standard deviation near 10, so an answer of zero would have an error of
 // about 100. The measurement does not see the sign of x, and every filter here follows one peak of two.
-#include "models/growth.hpp"
-
-#include "published/campaign.hpp"
+#include "published/growth_track.hpp"
 
 namespace {
 
-using X = jml::Vector<double, 1>;
-
-constexpr int steps = 500;
-
-struct Track {
-  double truth[steps], y[steps];
-
-  explicit Track(std::uint64_t seed) {
-    jml::Noise noise(seed);
-    double x = 0.1;
-    for (int k = 0; k < steps; ++k) {
-      const X f = models::Growth{}.dynamics(X(x), jml::StepContext<double>{.time = double(k)});
-      x = f(0) + noise.normal();
-      truth[k] = x;
-      y[k] = x * x / 20 + noise.normal();
-    }
-  }
-};
-
-template <typename Rule>
-void score(const Rule& rule, const Track& track, campaign::Score& out) {
-  jml::Filter filter{rule, models::Growth{}, jml::Estimate{X(0.1), X(1)}};
-  double squares = 0;
-  for (int k = 0; k < steps; ++k) {
-    if (!jml::usable(filter.step(models::SquareSensor{}, track.y[k], 1.0).status))
-      out.refuse(filter.predict(1.0));
-    squares += (filter.x()(0) - track.truth[k]) * (filter.x()(0) - track.truth[k]);
-  }
-  out.finish(squares / steps, 1e9);
-}
+using growth::score, growth::steps, growth::Track;
 
 TEST(Growth, EkfHasThePublishedError) {
   campaign::Score ekf{"EKF"};
