@@ -2,6 +2,7 @@
 // The one-step recursion of Table 1 against the printed formula with explicit inverses, slot by slot.
 #include <gtest/gtest.h>
 
+#include <jml/filter/pure.hpp>
 #include <jml/riccati/difference.hpp>
 
 #include "models/linear.hpp"

@@ -42,6 +42,7 @@ struct BoxBelief {
 template <BoxRule Rule_>
 struct BoundedNoise : Rule_ {
   using Rule = Rule_;
+  static constexpr bool begins_as_prior = true;
   template <typename Scalar, typename D>
   using Model = PlainDynamics<D>;
   template <typename Scalar, typename D>
@@ -74,15 +75,13 @@ struct BoundedNoise : Rule_ {
   }
 
   template <typename Model, typename Belief, typename At>
-  [[nodiscard]] JML_INLINE Status predict(const Model& model, const Belief& prior, const At& at,
+  [[nodiscard]] JML_INLINE Status predict(const Model& model, const Belief& /*prior*/, const At& at,
                                           Belief& next) const {
-    next = prior;
     return Rule::move(model.dynamics, next.box, next.memory, at);
   }
   template <typename Model, typename Belief, typename Sample, typename Report>
-  JML_INLINE void correct(const Model&, const Belief& prior, const Sample& sample, Belief& next,
+  JML_INLINE void correct(const Model&, const Belief& /*prior*/, const Sample& sample, Belief& next,
                           Report& report) const {
-    next = prior;
     cut(sample.sensor, sample.y, sample.at, next, report);
   }
   template <typename Model, typename Belief, typename Sample, typename Report>

@@ -94,14 +94,15 @@ class FilterCore {
     if constexpr (rolls_back) {
       method.step(belief, sample, report);
     } else {
-      Belief next;
+      Belief next = fresh();
       if constexpr (requires { method.step(model, belief, sample, next, report); }) {
         method.step(model, belief, sample, next, report);
       } else {
-        Belief predicted;
+        Belief predicted = fresh();
         report.status = method.predict(model, belief, at, predicted);
         if (usable(report.status)) {
           const At end = end_of(at);
+          if constexpr (begins_as_prior<Method>()) next = predicted;
           method.correct(model, predicted, Sample{sensor, y, end, gate}, next, report);
         }
       }
@@ -119,7 +120,7 @@ class FilterCore {
     if constexpr (rolls_back) {
       answer = method.predict(belief, at);
     } else {
-      Belief next;
+      Belief next = fresh();
       answer = method.predict(model, belief, at, next);
       if (usable(answer)) belief = next;
     }
@@ -143,7 +144,7 @@ class FilterCore {
       if constexpr (rolls_back) {
         method.correct(belief, sample, report);
       } else {
-        Belief next;
+        Belief next = fresh();
         method.correct(model, belief, sample, next, report);
         if (usable(report.status)) belief = next;
       }
@@ -165,6 +166,14 @@ class FilterCore {
   static Belief make_belief(const D& dynamics) {
     if constexpr (rolls_back)
       return Belief(dynamics);
+    else
+      return Belief{};
+  }
+
+  /// Where a verb writes.
+  [[nodiscard]] JML_INLINE Belief fresh() const {
+    if constexpr (begins_as_prior<Method>())
+      return belief;
     else
       return Belief{};
   }

@@ -36,6 +36,7 @@
 ///   optimal_on_linear       true: it equals the Kalman filter on a linear system; check_method() then asks.
 ///   correct_late(belief, sensor, y, lateness, report)   of a method with a memory: a measurement of before,
 ///                           which any other method refuses (older_than_window).
+///   begins_as_prior         true: `next` arrives as a copy of the prior, for verbs that work in place.
 ///   rolls_back              true: a belief too large to copy. It holds the dynamics itself, is made from
 ///                           them, its verbs are predict(belief, at), correct(belief, sample, report) and
 ///                           step(belief, sample, report), and each restores it on refusal.
@@ -127,6 +128,14 @@ template <typename M>
 consteval bool rolls_back() {
   if constexpr (requires { M::rolls_back; })
     return M::rolls_back;
+  else
+    return false;
+}
+
+template <typename M>
+consteval bool begins_as_prior() {
+  if constexpr (requires { M::begins_as_prior; })
+    return M::begins_as_prior;
   else
     return false;
 }

@@ -42,25 +42,28 @@ concept Generic = Callable<Function, X, At> &&
                                  typename X::Scalar>;
 
 /// Refuses at compile time what a model function must not return.
+template <int rows, int cols, typename Value>
+consteval bool require_value() {
+  if constexpr (requires { Value::RowsAtCompileTime; }) {
+    static_assert(
+        std::is_base_of_v<Eigen::PlainObjectBase<Value>, Value>,
+        "jml: a model function must return a jml::Vector or jml::Matrix, not auto of an Eigen expression, "
+        "which would refer to what is gone");
+    static_assert(
+        int(Value::RowsAtCompileTime) == rows && int(Value::ColsAtCompileTime) == cols,
+        "jml: a model function returns a matrix of the wrong size: f n, f_x and F n×n, G n×q, Q q×q, "
+        "w̄ q, m p, m_x and M p×n, R p×p");
+  } else {
+    static_assert(
+        requires { Value::RowsAtCompileTime; },
+        "jml: a model function must return a jml::Vector or jml::Matrix, also where it is 1×1");
+  }
+  return true;
+}
 template <int rows, int cols, typename Function, typename X, typename At>
 consteval bool require_shape() {
-  if constexpr (Callable<Function, X, At>) {
-    using Value = std::remove_cvref_t<typename Result<Function, X, At>::type>;
-    if constexpr (requires { Value::RowsAtCompileTime; }) {
-      static_assert(
-          std::is_base_of_v<Eigen::PlainObjectBase<Value>, Value>,
-          "jml: a model function must return a jml::Vector or jml::Matrix, not auto of an Eigen expression, "
-          "which would refer to what is gone");
-      static_assert(
-          int(Value::RowsAtCompileTime) == rows && int(Value::ColsAtCompileTime) == cols,
-          "jml: a model function returns a matrix of the wrong size: f n, f_x and F n×n, G n×q, Q q×q, "
-          "w̄ q, m p, m_x and M p×n, R p×p");
-    } else {
-      static_assert(
-          requires { Value::RowsAtCompileTime; },
-          "jml: a model function must return a jml::Vector or jml::Matrix, also where it is 1×1");
-    }
-  }
+  if constexpr (Callable<Function, X, At>)
+    require_value<rows, cols, std::remove_cvref_t<typename Result<Function, X, At>::type>>();
   return true;
 }
 
@@ -72,22 +75,37 @@ constexpr auto hook(const Model& model) {
 template <typename Hook, typename Model>
 using HookOf = decltype(hook<Hook>(std::declval<const Model&>()));
 
+/// A function that the model has reads time, dt or control; or reads the state; or may be asked for nothing.
+template <typename Hook, typename Model, typename X, typename At>
+concept ReadsContext = requires(const Model& model, const X& x, const At& at) { Hook::of(model, x, at); };
+template <typename Hook, typename Model, typename X>
+concept ReadsState = requires(const Model& model, const X& x) { Hook::of(model, x); };
+template <typename Hook, typename Model>
+concept AsksNothing = requires(const Model& model) { Hook::of(model); };
 /// The model has it, as (), (x) or (x, at).
 template <typename Hook, typename Model, typename X, typename At>
-concept HasHook = Callable<HookOf<Hook, Model>, X, At>;
-/// … and reads time, dt or control there.
+concept HasHook = ReadsContext<Hook, Model, X, At> || ReadsState<Hook, Model, X> || AsksNothing<Hook, Model>;
+/// … and it is the same at every state and time.
 template <typename Hook, typename Model, typename X, typename At>
-concept ReadsContext = std::is_invocable_v<HookOf<Hook, Model>, X, At>;
-/// … and reads nothing.
+concept ConstantHook =
+    AsksNothing<Hook, Model> && !ReadsState<Hook, Model, X> && !ReadsContext<Hook, Model, X, At>;
+
+/// call() of a function of a model.
 template <typename Hook, typename Model, typename X, typename At>
-concept ConstantHook = std::is_invocable_v<HookOf<Hook, Model>> &&
-                       !std::is_invocable_v<HookOf<Hook, Model>, X> && !ReadsContext<Hook, Model, X, At>;
+constexpr auto ask(const Model& model, const X& x, const At& at) {
+  if constexpr (ReadsContext<Hook, Model, X, At>)
+    return Hook::of(model, x, at);
+  else if constexpr (ReadsState<Hook, Model, X>)
+    return Hook::of(model, x);
+  else
+    return Hook::of(model);
+}
 
 /// Its value, rows×cols, in the scalar of x.
 template <typename Hook, int rows, int cols, typename Model, typename T, int n, typename At>
 JML_INLINE inline Matrix<T, rows, cols> evaluate(const Model& model, const Vector<T, n>& x, const At& at) {
-  static_assert(require_shape<rows, cols, HookOf<Hook, Model>, Vector<T, n>, At>());
-  return kernel::cast<T>(call(hook<Hook>(model), x, at));
+  static_assert(require_value<rows, cols, decltype(ask<Hook>(model, x, at))>());
+  return kernel::cast<T>(ask<Hook>(model, x, at));
 }
 
 }  // namespace detail

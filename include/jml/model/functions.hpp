@@ -21,11 +21,11 @@ inline constexpr int measurements_of = SensorTraits<S>::measurements;
 /// f(x), n. T may be a dual number.
 template <typename T, int n, typename D, typename At>
 JML_INLINE inline Vector<T, n> dynamics(const D& d, const Vector<T, n>& x, const At& at) {
-  static_assert(detail::Callable<detail::HookOf<detail::hooks::Dynamics, D>, Vector<T, n>, At>,
+  static_assert(detail::HasHook<detail::hooks::Dynamics, D, Vector<T, n>, At>,
                 "jml: the model has no dynamics(x) or dynamics(x, at) that is const and accepts "
                 "jml::Vector<T, states>");
-  static_assert(detail::require_shape<n, 1, detail::HookOf<detail::hooks::Dynamics, D>, Vector<T, n>, At>());
-  return detail::call(detail::hook<detail::hooks::Dynamics>(d), x, at);
+  static_assert(detail::require_value<n, 1, decltype(detail::ask<detail::hooks::Dynamics>(d, x, at))>());
+  return detail::ask<detail::hooks::Dynamics>(d, x, at);
 }
 
 /// f_x(x), n×n.
@@ -137,11 +137,11 @@ JML_INLINE inline Vector<T, n> predicted_state(const D& d, const Vector<T, n>& x
 template <typename T, int n, typename S, typename At>
 JML_INLINE inline Vector<T, measurements_of<S>> measurement(const S& s, const Vector<T, n>& x, const At& at) {
   static_assert(
-      detail::Callable<detail::HookOf<detail::hooks::Measurement, S>, Vector<T, n>, At>,
+      detail::HasHook<detail::hooks::Measurement, S, Vector<T, n>, At>,
       "jml: the sensor's measurement(x) does not accept this model's state: check its size and scalar");
-  static_assert(detail::require_shape<measurements_of<S>, 1, detail::HookOf<detail::hooks::Measurement, S>,
-                                      Vector<T, n>, At>());
-  return detail::call(detail::hook<detail::hooks::Measurement>(s), x, at);
+  static_assert(detail::require_value<measurements_of<S>, 1,
+                                      decltype(detail::ask<detail::hooks::Measurement>(s, x, at))>());
+  return detail::ask<detail::hooks::Measurement>(s, x, at);
 }
 
 /// m_x(x), p×n.
