@@ -126,9 +126,14 @@ class Continuous {
   JML_INLINE inline Status flow(Model& model, const S& sensor, const Signal& signal,
                                 const Estimate<Scalar, n>& prior, const At& at, Estimate<Scalar, n>& next,
                                 Record& record) const {
-    kernel::assign(next.x, prior.x);
-    kernel::assign(next.P, prior.P);
-    if (at.dt == Scalar(0)) return Status::ok;
+    Vector<Scalar, n> x;  // apart, so that they live in registers
+    Matrix<Scalar, n, n> P;
+    kernel::assign(x, prior.x);
+    kernel::assign(P, prior.P);
+    if (at.dt == Scalar(0)) {
+      next = prior;
+      return Status::ok;
+    }
     using D = std::remove_cvref_t<decltype(model.dynamics)>;
     static_assert(
         Integrator<IntegratorType, Flow<Rule, D, S, Scalar, Signal>>,
@@ -136,10 +141,12 @@ class Continuous {
         "advance() as jml::Integrator says");
     Flow<Rule, D, S, Scalar, Signal> flow(rule, model.dynamics, model.noise, sensor, signal, at.control);
     if (const Status status = flow.prepare(at.time, prior.x); status != Status::ok) return status;
-    const Status status = advance(model.engine, flow, at.time, at.dt, next.x, next.P, record);
+    const Status status = advance(model.engine, flow, at.time, at.dt, x, P, record);
     if (status == Status::dynamics_not_finite ||
-        (status == Status::ok && !(detail::is_valid<Rule::symmetric>(next.P) && all_finite(next.x))))
-      return diagnose(model, sensor, signal, prior, at, all_finite(next.x));
+        (status == Status::ok && !(detail::is_valid<Rule::symmetric>(P) && all_finite(x))))
+      return diagnose(model, sensor, signal, prior, at, all_finite(x));
+    kernel::assign(next.x, x);
+    kernel::assign(next.P, P);
     return status;
   }
 

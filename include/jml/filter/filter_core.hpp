@@ -10,6 +10,17 @@
 
 namespace jml::detail {
 
+/// The belief becomes `next`. Part by part: what was just stored in pieces is slow to load back as a whole.
+template <typename Scalar, int n>
+JML_INLINE inline void commit(Estimate<Scalar, n>& belief, const Estimate<Scalar, n>& next) {
+  kernel::assign(belief.x, next.x);
+  kernel::assign(belief.P, next.P);
+}
+template <typename Belief>
+JML_INLINE inline void commit(Belief& belief, const Belief& next) {
+  belief = next;
+}
+
 /// Method, model, belief, clock, control, status.
 template <typename M, typename D, typename Scalar>
 class FilterCore {
@@ -106,7 +117,7 @@ class FilterCore {
           method.correct(model, predicted, Sample{sensor, y, end, gate}, next, report);
         }
       }
-      if (usable(report.status)) belief = next;
+      if (usable(report.status)) commit(belief, next);
     }
     if (usable(report.status)) move_on(at);
     return report;
@@ -122,7 +133,7 @@ class FilterCore {
     } else {
       Belief next = fresh();
       answer = method.predict(model, belief, at, next);
-      if (usable(answer)) belief = next;
+      if (usable(answer)) commit(belief, next);
     }
     if (usable(answer)) move_on(at);
     return answer;
@@ -146,7 +157,7 @@ class FilterCore {
       } else {
         Belief next = fresh();
         method.correct(model, belief, sample, next, report);
-        if (usable(report.status)) belief = next;
+        if (usable(report.status)) commit(belief, next);
       }
     } else if constexpr (requires { method.correct_late(belief, sensor, y, late, report); }) {
       method.correct_late(belief, sensor, y, late, report);

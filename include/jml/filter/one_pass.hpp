@@ -119,14 +119,19 @@ JML_INLINE inline void one_pass_step(const Rule& rule, const Model& model, const
                                      const Sample& sample, Estimate<Scalar, n>& next,
                                      StepReport<Scalar, n, Sample::measurements>& report,
                                      const Observer& observer = {}) {
-  Vector<Scalar, n> prediction;
-  Matrix<Scalar, n, n> N;
+  // x and P apart: in one object with P, whose address a rare check takes, x would live in memory.
+  Vector<Scalar, n> prediction, x;
+  Matrix<Scalar, n, n> N, P;
   report.status = predict_into(rule, model.dynamics, model.noise, prior, sample.at, prediction, N, observer);
   if (report.status != Status::ok) return;
-  update_into(rule, sample.sensor, prediction, N, sample.y, end_of(sample.at), sample.gate, report, next.x,
-              next.P, observer);
-  if (report.status == Status::invalid_covariance || report.status == Status::invalid_state)
+  update_into(rule, sample.sensor, prediction, N, sample.y, end_of(sample.at), sample.gate, report, x, P,
+              observer);
+  if (usable(report.status)) {
+    kernel::assign(next.x, x);
+    kernel::assign(next.P, P);
+  } else if (report.status == Status::invalid_covariance || report.status == Status::invalid_state) {
     report.status = diagnose(prior, prediction, N);
+  }
 }
 
 }  // namespace detail
