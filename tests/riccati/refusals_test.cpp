@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <jml/filter/filter.hpp>
+#include <jml/jml.hpp>
 
 namespace {
 

@@ -122,6 +122,8 @@ JML_INLINE inline void one_pass_step(const Rule& rule, const Model& model, const
   // x and P apart: in one object with P, whose address a rare check takes, x would live in memory.
   Vector<Scalar, n> prediction, x;
   Matrix<Scalar, n, n> N, P;
+  kernel::assign(x, prior.x);
+  kernel::assign(P, prior.P);
   report.status = predict_into(rule, model.dynamics, model.noise, prior, sample.at, prediction, N, observer);
   if (report.status != Status::ok) return;
   update_into(rule, sample.sensor, prediction, N, sample.y, end_of(sample.at), sample.gate, report, x, P,
