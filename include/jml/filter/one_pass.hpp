@@ -119,21 +119,29 @@ JML_INLINE inline void one_pass_step(const Rule& rule, const Model& model, const
                                      const Sample& sample, Estimate<Scalar, n>& next,
                                      StepReport<Scalar, n, Sample::measurements>& report,
                                      const Observer& observer = {}) {
-  // x and P apart: in one object with P, whose address a rare check takes, x would live in memory.
-  Vector<Scalar, n> prediction, x;
-  Matrix<Scalar, n, n> N, P;
-  kernel::assign(x, prior.x);
-  kernel::assign(P, prior.P);
+  Vector<Scalar, n> prediction;
+  Matrix<Scalar, n, n> N;
   report.status = predict_into(rule, model.dynamics, model.noise, prior, sample.at, prediction, N, observer);
   if (report.status != Status::ok) return;
-  update_into(rule, sample.sensor, prediction, N, sample.y, end_of(sample.at), sample.gate, report, x, P,
-              observer);
-  if (usable(report.status)) {
-    kernel::assign(next.x, x);
-    kernel::assign(next.P, P);
-  } else if (report.status == Status::invalid_covariance || report.status == Status::invalid_state) {
-    report.status = diagnose(prior, prediction, N);
+  const auto update = [&](Vector<Scalar, n>& x, Matrix<Scalar, n, n>& P) JML_INLINE {
+    update_into(rule, sample.sensor, prediction, N, sample.y, end_of(sample.at), sample.gate, report, x, P,
+                observer);
+  };
+  if constexpr (n <= 3) {  // apart: in one object with P, whose address a rare check takes, x lives in memory
+    Vector<Scalar, n> x;
+    Matrix<Scalar, n, n> P;
+    kernel::assign(x, prior.x);
+    kernel::assign(P, prior.P);
+    update(x, P);
+    if (usable(report.status)) {
+      kernel::assign(next.x, x);
+      kernel::assign(next.P, P);
+    }
+  } else {
+    update(next.x, next.P);
   }
+  if (report.status == Status::invalid_covariance || report.status == Status::invalid_state)
+    report.status = diagnose(prior, prediction, N);
 }
 
 }  // namespace detail

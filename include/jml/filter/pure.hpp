@@ -8,8 +8,7 @@
 /// On refusal result.estimate is the prior.
 #pragma once
 
-#include <jml/filter/method.hpp>
-#include <jml/riccati/difference.hpp>
+#include <jml/filter/one_pass.hpp>
 
 namespace jml {
 
