@@ -203,6 +203,33 @@ TEST(PartialMeasurement, Boxes) {
   compare(jml::Guaranteed{});
 }
 
+/// A sensor of which one channel is dead: neither its value nor its noise means anything.
+struct Dying : All<true> {
+  Matrix<double, 3, 3> noise_covariance() const {
+    Matrix<double, 3, 3> R = full_noise();
+    R.row(1).setConstant(nan);
+    R.col(1).setConstant(nan);
+    return R;
+  }
+  Vector<double, 3> noise_bound() const { return {0.2, nan, 0.15}; }
+};
+TEST(PartialMeasurement, NothingIsReadOfADeadRow) {
+  const Vector<double, 3> given(y(0), nan, y(2));
+  const Vector<double, 2> few(y(0), y(2));
+  jml::Filter part{jml::Ekf{}, Motion<true>{}, start}, own = part;
+  EXPECT_EQ(part.update(Dying{}, y), Status::invalid_noise_covariance);
+  same_report<0, 2>(part.update(Dying{}, given, jml::only(0, 2)), own.update(Seen<true, 0, 2>{}, few));
+  EXPECT_LT((part.P() - own.P()).norm(), 1e-13);
+  const jml::Box<double, 3> box{Vector<double, 3>(-1, -1, -1), Vector<double, 3>(1, 1, 1)};
+  const auto boxes = [&](const auto& rule) {
+    jml::Filter a{rule, Motion<true>{}, box}, b = a;
+    EXPECT_EQ(a.update(Dying{}, given, jml::only(0, 2)).status, b.update(Seen<true, 0, 2>{}, few).status);
+    EXPECT_LT((a.box().lower - b.box().lower).norm() + (a.box().upper - b.box().upper).norm(), 1e-12);
+  };
+  boxes(jml::Linearised{});
+  boxes(jml::Guaranteed{});
+}
+
 // A list that names Part<S> makes room for S too.
 TEST(PartialMeasurement, WindowAndBatch) {
   const All<true> sensor;

@@ -81,6 +81,7 @@ class Algebraic {
   template <typename Model, typename Belief, typename At>
   [[nodiscard]] Status predict(const Model& model, const Belief& prior, const At& at, Belief& next) const {
     next = prior;
+    if (options.substeps < 1) return Status::invalid_option;
     using X = decltype(next.x);
     using Scalar = typename X::Scalar;
     const Scalar h = at.dt / Scalar(options.substeps);
@@ -115,6 +116,10 @@ class Algebraic {
     using At = std::remove_cvref_t<decltype(sample.at)>;
     using Scalar = typename Belief::Scalar;
     constexpr int p = Sample::measurements;
+    if (options.substeps < 1) {
+      report.status = Status::invalid_option;
+      return;
+    }
     if constexpr (detail::measures_always<S, decltype(prior.x), At>()) {
       next = prior;
       detail::AlgebraicStep step{*this, next, sample.at};

@@ -57,7 +57,7 @@ class Continuous {
       : rule(std::move(row)), integrator(std::move(by)) {}
 
   [[no_unique_address]] Rule rule;
-  [[no_unique_address]] IntegratorType integrator;
+  [[no_unique_address]] IntegratorType integrator;  ///< read when a filter is made
 
   template <typename D>
   static consteval bool accepts() {

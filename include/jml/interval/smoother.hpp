@@ -36,6 +36,7 @@ struct SmootherRecord {
   Matrix<Scalar, n, Root::q> B = kernel::zeros<Matrix<Scalar, n, Root::q>>();  // B Bᵀ = G Q Gᵀ
   Vector<Scalar, n> prediction = kernel::zeros<Vector<Scalar, n>>();
   CostToGo<Scalar, n> own{};  // of the measurements, about the prediction
+  bool lost = false;          // a correction took a variance below the last digits of what it came from
 
   template <int p>
   void add(const Vector<Scalar, n>& x, const Matrix<Scalar, p, n>& H, const Matrix<Scalar, p, p>& R,
@@ -115,11 +116,13 @@ class SmootherMemory {
     return true;
   }
 
-  /// covariance_lost: at some nodes P_s is not finite, and these keep the filter's estimate.
+  /// covariance_lost: at some nodes no digit of the filter's P is left, or P_s is not finite, and these keep
+  /// the filter's estimate.
   [[nodiscard]] Status smooth() {
     Status answer = Status::ok;
     CostToGo<Scalar, n> v;
     node(last).smoothed = node(last).filtered;
+    if (node(last).record.lost) answer = Status::covariance_lost;
     for (int k = last; k > 0; --k) {
       const Record& record = node(k).record;
       // v is about the filter's estimate here; the record is about its prediction.
@@ -127,8 +130,8 @@ class SmootherMemory {
       v.slope = v.slope - v.information * off;
       v.information += record.own.information;
       v.slope += record.own.slope;
-      bool valid = record.pass(v);
       Node& before = node(k - 1);
+      bool valid = record.pass(v) && !before.record.lost;
       valid = valid && condition(before.filtered.P, v.information, before.smoothed.P);
       before.smoothed.x = before.filtered.x - before.smoothed.P * v.slope;
       if (valid && all_finite(before.smoothed.x)) continue;
@@ -195,7 +198,13 @@ struct Remembering {
     Estimate<typename Belief::Scalar, Belief::n> next;
     detail::one_pass_correct(rule, memory.filtered(), sample, next, report,
                              detail::SmootherObserver<decltype(record)>{record});
-    if (usable(report.status)) memory.keep(memory.last, record, next, memory.node(memory.last).time);
+    if (!usable(report.status)) return;
+    // P⁺ = N - K S Kᵀ is right to the rounding of N: what is below ten of these is none of its digits.
+    using Scalar = typename Belief::Scalar;
+    constexpr Scalar rounding = Scalar(10) * std::numeric_limits<Scalar>::epsilon();
+    for (int i = 0; i < Belief::n; ++i)
+      record.lost = record.lost || next.P(i, i) < rounding * memory.P()(i, i);
+    memory.keep(memory.last, record, next, memory.node(memory.last).time);
   }
   template <typename Belief, typename Sample, typename Report>
   void step(Belief& memory, const Sample& sample, Report& report) const {
@@ -232,7 +241,8 @@ class Smoother : public Filter<Remembering<Rule>, D, Scalar> {
   }
 
   /// Smooths all nodes with all measurements so far; more may follow, and another smooth(). covariance_lost:
-  /// at some nodes P_s is not finite, and these keep the filter's estimate.
+  /// at some nodes no digit of the filter's P is left, or P_s is not finite, and these keep the filter's
+  /// estimate.
   [[nodiscard]] Status smooth() {
     return this->status() == Status::ok ? this->mutable_belief().smooth() : this->status();
   }
