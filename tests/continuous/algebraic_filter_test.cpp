@@ -208,7 +208,7 @@ TEST(AlgebraicFilter, refusesByNameAndStaysWhereItWas) {
   // At x = 1 the measurement does not depend on the state through its SDC, and f is unstable: no gain helps.
   jml::Filter unset{jml::Algebraic{jml::Sddre{}}, Cubic{}, Scalar1(0.5)};
   unset.method().options.substeps = 0;  // after the start has looked at it
-  EXPECT_EQ(unset.predict(0.1), Status::invalid_option);
+  EXPECT_EQ(unset.predict(0.1), jml::Status::invalid_option);
   EXPECT_EQ(unset.x(), Scalar1(0.5));
   jml::Filter blind{jml::Algebraic{jml::Sddre{}}, Cubic{.a = 0.5}, Scalar1(1.0)};
   expect_refused(blind, 0.0, 0.01, jml::Status::no_stabilizing_solution);

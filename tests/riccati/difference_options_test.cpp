@@ -3,7 +3,7 @@
 // a mean, models that read time, dt and control, and the gate.
 #include <gtest/gtest.h>
 
-#include <jml/filter/filter.hpp>
+#include <jml/filter/pure.hpp>
 
 #include "models/linear.hpp"
 #include "models/polynomial.hpp"
