@@ -108,7 +108,6 @@ void one_pass_correct(const Rule& rule, const Estimate<Scalar, n>& prior, const 
                       const Observer& observer = {}) {
   update_into(rule, sample.sensor, prior.x, prior.P, sample.y, sample.at, sample.gate, report, next.x, next.P,
               observer);
-  if (usable(report.status) && !all_finite(prior.x)) report.status = Status::invalid_state;
 }
 
 /// One step by `rule`, with what an observer asks: predict over at.dt, correct with the measurement of its
