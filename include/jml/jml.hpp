@@ -15,14 +15,17 @@
 #include <jml/continuous/algebraic.hpp>
 #include <jml/continuous/continuous.hpp>
 #include <jml/filter/check_method.hpp>
+#include <jml/filter/factored.hpp>
 #include <jml/filter/filter.hpp>
 #include <jml/filter/one_pass.hpp>
 #include <jml/filter/pure.hpp>
+#include <jml/filter/way_out.hpp>
 #include <jml/interval/batch.hpp>
 #include <jml/interval/criterion.hpp>
 #include <jml/interval/excess_cost.hpp>
 #include <jml/interval/fixed_lag.hpp>
 #include <jml/interval/smoother.hpp>
+#include <jml/iterated/factored_iterated.hpp>
 #include <jml/iterated/iterated.hpp>
 #include <jml/iterated/one_step_cost.hpp>
 #include <jml/model/check.hpp>

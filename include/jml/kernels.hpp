@@ -140,11 +140,17 @@ JML_INLINE inline void add_product_transposed(const Matrix<Scalar, rows, cols>& 
   });
 }
 
-/// out = start + sign · a bᵀ where the result is known to be symmetric: the lower blocks, mirrored.
+/// The lower triangle copied over the upper one.
+template <typename Scalar, int n>
+JML_INLINE inline void mirror(Matrix<Scalar, n, n>& a) {
+  repeat<n>([&](int j) JML_INLINE { JML_TWICE for (int i = 0; i < j; ++i) a(i, j) = a(j, i); });
+}
+
+/// The lower triangle of out = start + sign · a bᵀ, where the result is known to be symmetric; entries above
+/// the diagonal that its blocks hold are right too.
 template <int sign, typename Scalar, int n, int inner>
-JML_INLINE inline void add_symmetric_product(const Matrix<Scalar, n, n>& start,
-                                             const Matrix<Scalar, n, inner>& a,
-                                             const Matrix<Scalar, n, inner>& b, Matrix<Scalar, n, n>& out) {
+JML_INLINE inline void add_lower_product(const Matrix<Scalar, n, n>& start, const Matrix<Scalar, n, inner>& a,
+                                         const Matrix<Scalar, n, inner>& b, Matrix<Scalar, n, n>& out) {
   constexpr int block = lanes<Scalar, n>(n);
   constexpr int blocks = (n + block - 1) / block;
   [&]<int... c>(std::integer_sequence<int, c...>) JML_INLINE {
@@ -157,9 +163,15 @@ JML_INLINE inline void add_symmetric_product(const Matrix<Scalar, n, n>& start,
     };
     (one_block(std::integral_constant<int, c * block>{}), ...);
   }(std::make_integer_sequence<int, blocks>{});
-  repeat<n>([&](int j) JML_INLINE {
-    for (int i = 0; i < j; ++i) out(i, j) = out(j, i);
-  });
+}
+
+/// out = start + sign · a bᵀ where the result is known to be symmetric: the lower blocks, mirrored.
+template <int sign, typename Scalar, int n, int inner>
+JML_INLINE inline void add_symmetric_product(const Matrix<Scalar, n, n>& start,
+                                             const Matrix<Scalar, n, inner>& a,
+                                             const Matrix<Scalar, n, inner>& b, Matrix<Scalar, n, n>& out) {
+  add_lower_product<sign>(start, a, b, out);
+  mirror(out);
 }
 
 /// out = start + sign · aᵀ b. `out` may be `start`.

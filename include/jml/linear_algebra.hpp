@@ -6,6 +6,7 @@
 #include <cmath>
 #include <jml/matrix_operators.hpp>
 #include <limits>
+#include <utility>
 
 namespace jml {
 
@@ -61,32 +62,63 @@ template <typename Scalar, int n>
   return zero;
 }
 
-/// True if the symmetric part of `a` is positive (semi)definite.
+/// True if the symmetric matrix `a`, of which the lower triangle is read, is positive definite.
 ///
 /// LDLᵀ without pivoting or roots. A pivot counts as zero when it is below the rounding of the diagonal
-/// entry that it came from, so the answer does not depend on the units of the components. In the
-/// semidefinite case the rest of a zero pivot's column must vanish to rounding too.
+/// entry that it came from, so the answer does not depend on the units of the components.
 template <Definite wanted, typename Scalar, int n>
+  requires(wanted == Definite::positive)
 [[nodiscard]] bool is_definite(const Matrix<Scalar, n, n>& a) {
   constexpr Scalar slack = Scalar(8 * (n > 0 ? n : 1)) * std::numeric_limits<Scalar>::epsilon();
   Matrix<Scalar, n, n> w = a;
   for (int k = 0; k < n; ++k) {
     const Scalar pivot = w(k, k);
     const Scalar zero = slack * std::abs(a(k, k));
-    if constexpr (wanted == Definite::positive) {
-      if (!(pivot > zero)) return false;
-    } else {
-      if (!(pivot >= -zero)) return false;
-      if (!(pivot > zero)) {
-        for (int i = k + 1; i < n; ++i) {
-          const Scalar bound = std::sqrt(slack) * std::sqrt(std::abs(a(k, k))) * std::sqrt(std::abs(a(i, i)));
-          if (!(std::abs(w(i, k)) <= bound)) return false;
-        }
-        continue;
-      }
-    }
+    if (!(pivot > zero)) return false;
     if (k + 1 == n) break;
     const Scalar inverse = Scalar(1) / pivot;
+    for (int j = k + 1; j < n; ++j) {
+      const Scalar factor = w(j, k) * inverse;
+      for (int i = j; i < n; ++i) w(i, j) -= w(i, k) * factor;
+    }
+  }
+  return true;
+}
+
+/// True if the symmetric matrix `a`, of which the lower triangle is read, is positive semidefinite to
+/// rounding, of whatever rank.
+///
+/// LDLᵀ of the correlation matrix (unit diagonal, so that units do not matter), the largest remaining
+/// diagonal entry first. Where none rises above 256 ε, every entry that is left must be within 512 ε of zero:
+/// then no eigenvalue of the correlation matrix is below -512 n ε.
+template <Definite wanted, typename Scalar, int n>
+  requires(wanted == Definite::positive_or_zero)
+[[nodiscard]] bool is_definite(const Matrix<Scalar, n, n>& a) {
+  constexpr Scalar slack = Scalar(256) * std::numeric_limits<Scalar>::epsilon();
+  Matrix<Scalar, n, n> w;
+  Vector<Scalar, n> unit;
+  for (int j = 0; j < n; ++j) {
+    // Without a variance, whatever is not zero in that row becomes infinite, and is refused.
+    unit(j) = a(j, j) > Scalar(0) ? Scalar(1) / std::sqrt(a(j, j)) : std::numeric_limits<Scalar>::infinity();
+    for (int i = 0; i <= j; ++i) w(j, i) = a(j, i) == Scalar(0) ? Scalar(0) : a(j, i) * unit(j) * unit(i);
+  }
+  for (int k = 0; k < n; ++k) {
+    int best = k;
+    for (int i = k + 1; i < n; ++i) best = w(i, i) > w(best, best) ? i : best;
+    if (!(w(best, best) > slack)) {
+      for (int j = k; j < n; ++j) {
+        for (int i = j; i < n; ++i) {
+          if (!(std::abs(w(i, j)) <= Scalar(2) * slack)) return false;
+        }
+      }
+      return true;
+    }
+    if (best != k) {
+      std::swap(w(k, k), w(best, best));
+      for (int i = k + 1; i < best; ++i) std::swap(w(i, k), w(best, i));
+      for (int i = best + 1; i < n; ++i) std::swap(w(i, k), w(i, best));
+    }
+    const Scalar inverse = Scalar(1) / w(k, k);
     for (int j = k + 1; j < n; ++j) {
       const Scalar factor = w(j, k) * inverse;
       for (int i = j; i < n; ++i) w(i, j) -= w(i, k) * factor;

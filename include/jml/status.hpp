@@ -35,6 +35,7 @@ enum class Status : std::uint8_t {
   innovation_indefinite,  ///< a gate was asked for, but sym(S) is not positive definite: NIS is not defined
   covariance_lost,        ///< the new P is not finite; or, of a symmetric rule, a variance is negative; or a
                           ///< correction took all of a variance that was not zero: rounding did, as R > 0
+  contradiction,          ///< a perfect measurement (R = 0) of what is known exactly says something else
   not_converged,          ///< no root of the implicit step was found within the bounds
   not_a_trajectory,       ///< the criterion J is not defined for this sequence of states
   riccati_escape,    ///< P of a nonsymmetric rule grows beyond all bounds in finite time, or faster than this
@@ -110,6 +111,8 @@ enum class Solver : std::uint8_t {
       return "refused: no gate is defined, the symmetric part of S is not positive definite";
     case Status::covariance_lost:
       return "refused: the new P would not be a covariance, its digits are lost";
+    case Status::contradiction:
+      return "refused: a perfect measurement contradicts what is known exactly";
     case Status::not_converged:
       return "refused: the implicit step did not converge";
     case Status::not_a_trajectory:

@@ -11,8 +11,10 @@
 // lambda would cost the compiler a type for each use and size.
 #if defined(__GNUC__) && !defined(__clang__)
 #define JML_WRITTEN_OUT _Pragma("GCC unroll 9")
+#define JML_TWICE _Pragma("GCC unroll 2")
 #else
 #define JML_WRITTEN_OUT
+#define JML_TWICE
 #endif
 #define JML_EACH(i, count, body)                            \
   if constexpr ((count) <= 9) {                             \
@@ -30,7 +32,11 @@ JML_INLINE inline void repeat(const F& f) {
     [&]<int... i>(std::integer_sequence<int, i...>)
         JML_INLINE { (f(i), ...); }(std::make_integer_sequence<int, count>{});
   } else {
-    for (int i = 0; i < count; ++i) f(i);
+    if constexpr (count <= 8) {
+      JML_WRITTEN_OUT for (int i = 0; i < count; ++i) f(i);
+    } else {
+      JML_TWICE for (int i = 0; i < count; ++i) f(i);
+    }
   }
 }
 

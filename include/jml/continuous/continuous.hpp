@@ -121,6 +121,17 @@ class Continuous {
     Vector<double, 0> operator()(double) const { return {}; }
   };
   OnePass<Rule> one_pass() const { return {rule}; }
+  /// P is finite and, of a symmetric rule, a covariance with digits left.
+  template <typename Scalar, int n>
+  JML_INLINE static bool holds(const Matrix<Scalar, n, n>& P) {
+    if constexpr (Rule::symmetric) {
+      const detail::Pivots<Scalar> found = detail::pivots_of(P, P);
+      return found.positive &&
+             std::numeric_limits<Scalar>::epsilon() * found.spread <= detail::plain_error<Scalar>;
+    } else {
+      return all_finite(P);
+    }
+  }
 
   template <typename Model, typename S, typename Signal, typename Scalar, int n, typename At, typename Record>
   JML_INLINE inline Status flow(Model& model, const S& sensor, const Signal& signal,
@@ -142,8 +153,7 @@ class Continuous {
     Flow<Rule, D, S, Scalar, Signal> flow(rule, model.dynamics, model.noise, sensor, signal, at.control);
     if (const Status status = flow.prepare(at.time, prior.x); status != Status::ok) return status;
     const Status status = advance(model.engine, flow, at.time, at.dt, x, P, record);
-    if (status == Status::dynamics_not_finite ||
-        (status == Status::ok && !(detail::is_valid<Rule::symmetric>(P) && all_finite(x))))
+    if (status == Status::dynamics_not_finite || (status == Status::ok && !(holds(P) && all_finite(x))))
       return diagnose(model, sensor, signal, prior, at, all_finite(x));
     kernel::assign(next.x, x);
     kernel::assign(next.P, P);

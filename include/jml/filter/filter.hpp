@@ -10,6 +10,11 @@
 
 namespace jml {
 
+namespace detail {
+template <typename Scalar, int n>
+struct Loosening;  // filter/way_out.hpp
+}  // namespace detail
+
 /// A recursive estimator.
 ///
 ///     jml::Filter filter{jml::Ekf{}, VanDerPol{}, jml::Estimate{x0, P0}};
@@ -66,6 +71,26 @@ class Filter {
   Status reset(const Start& start, double time) {
     core_.start(start, time);
     return core_.status;
+  }
+
+  // A way out of a refusal (covariance_lost, or a gate that has shut) that keeps x; of methods with a P that
+  // can be changed. For these include jml/filter/way_out.hpp (jml.hpp does).
+  /// P ← P + diag(variances), n, ≥ 0, units of x². A window begins anew at the present. invalid_option: a
+  /// negative entry or a NaN. Nothing is changed on refusal.
+  [[nodiscard]] Status inflate(const Argument<Scalar, states>& variances) {
+    detail::Loosening<Scalar, states> by;
+    by.added = variances;
+    return core_.status == Status::ok ? loosen(core_.belief, by, time()) : core_.status;
+  }
+  /// P_ii = variance, ≥ 0, units of x_i² (a factored filter takes an infinite one), and no covariance with
+  /// the other states. invalid_option: no such state, or a variance that is none.
+  [[nodiscard]] Status reset_variance(int state, Scalar variance) {
+    if (core_.status != Status::ok) return core_.status;
+    if (state < 0 || state >= states) return Status::invalid_option;
+    detail::Loosening<Scalar, states> by;
+    by.kept(state) = Scalar(0);
+    by.added(state) = variance;
+    return loosen(core_.belief, by, time());
   }
 
   /// Predict over dt and correct with y, the measurement at its end. y: p entries, or a number where p = 1.
@@ -147,8 +172,8 @@ class Filter {
   [[nodiscard]] decltype(auto) estimate() const
     requires detail::HasRiccati<Belief>
   {
-    if constexpr (std::is_same_v<Belief, Estimate<Scalar, states>>)
-      return (core_.belief);
+    if constexpr (std::is_base_of_v<Estimate<Scalar, states>, Belief>)
+      return static_cast<const Estimate<Scalar, states>&>(core_.belief);
     else
       return Estimate<Scalar, states>{x(), P()};
   }

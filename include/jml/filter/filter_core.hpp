@@ -18,7 +18,10 @@ JML_INLINE inline void commit(Estimate<Scalar, n>& belief, const Estimate<Scalar
 }
 template <typename Belief>
 JML_INLINE inline void commit(Belief& belief, const Belief& next) {
-  belief = next;
+  if constexpr (requires { belief.take(next); })
+    belief.take(next);
+  else
+    belief = next;
 }
 
 /// Method, model, belief, clock, control, status.
@@ -96,31 +99,23 @@ class FilterCore {
   template <typename Of, typename S, typename Y>
   [[nodiscard]] JML_INLINE Report<Of> step(const S& sensor, const Y& y, Scalar dt, const Control& over,
                                            const Gate& gate) {
-    Report<Of> report = begin<Report<Of>>(sensor);
-    if (report.status != Status::ok) return report;
-    const At at{clock.time(), dt, over};
-    report.status = check_context(at);
-    if (report.status != Status::ok) return report;
-    const auto sample = Sample{sensor, y, at, gate};
-    if constexpr (rolls_back) {
-      method.step(belief, sample, report);
-    } else {
-      Belief next = fresh();
-      if constexpr (requires { method.step(model, belief, sample, next, report); }) {
-        method.step(model, belief, sample, next, report);
-      } else {
-        Belief predicted = fresh();
-        report.status = method.predict(model, belief, at, predicted);
-        if (usable(report.status)) {
-          const At end = end_of(at);
-          if constexpr (begins_as_prior<Method>()) next = predicted;
-          method.correct(model, predicted, Sample{sensor, y, end, gate}, next, report);
+    if constexpr (requires(Belief& next, Report<Of>& report, const At& at) {
+                    method.attempt(model, belief, Sample{sensor, y, at, gate}, next, report);
+                  }) {
+      Report<Of> report = begin<Report<Of>>(sensor);
+      const At at{clock.time(), dt, over};
+      if (report.status == Status::ok && check_context(at) == Status::ok) {
+        Belief next = fresh();
+        if (method.attempt(model, belief, Sample{sensor, y, at, gate}, next, report)) {
+          commit(belief, next);
+          move_on(at);
+          return report;
         }
       }
-      if (usable(report.status)) commit(belief, next);
+      return whole_step<Of>(sensor, y, dt, over, gate);
+    } else {
+      return any_step<Of>(sensor, y, dt, over, gate);
     }
-    if (usable(report.status)) move_on(at);
-    return report;
   }
 
   [[nodiscard]] JML_INLINE Status predict(Scalar dt, const Control& over) {
@@ -168,6 +163,42 @@ class FilterCore {
   }
 
  private:
+  /// Out of the way of attempt(): no address of what that works on is handed over, so it lives in registers.
+  template <typename Of, typename S, typename Y>
+  [[nodiscard]] JML_NOINLINE Report<Of> whole_step(const S& sensor, const Y& y, Scalar dt,
+                                                   const Control& over, const Gate& gate) {
+    return any_step<Of>(sensor, y, dt, over, gate);
+  }
+  template <typename Of, typename S, typename Y>
+  [[nodiscard]] JML_INLINE Report<Of> any_step(const S& sensor, const Y& y, Scalar dt, const Control& over,
+                                               const Gate& gate) {
+    Report<Of> report = begin<Report<Of>>(sensor);
+    if (report.status != Status::ok) return report;
+    const At at{clock.time(), dt, over};
+    report.status = check_context(at);
+    if (report.status != Status::ok) return report;
+    const auto sample = Sample{sensor, y, at, gate};
+    if constexpr (rolls_back) {
+      method.step(belief, sample, report);
+    } else {
+      Belief next = fresh();
+      if constexpr (requires { method.step(model, belief, sample, next, report); }) {
+        method.step(model, belief, sample, next, report);
+      } else {
+        Belief predicted = fresh();
+        report.status = method.predict(model, belief, at, predicted);
+        if (usable(report.status)) {
+          const At end = end_of(at);
+          if constexpr (begins_as_prior<Method>()) next = predicted;
+          method.correct(model, predicted, Sample{sensor, y, end, gate}, next, report);
+        }
+      }
+      if (usable(report.status)) commit(belief, next);
+    }
+    if (usable(report.status)) move_on(at);
+    return report;
+  }
+
   static Model make_model(const Method& method, const D& dynamics) {
     if constexpr (std::is_constructible_v<Model, D, Method>)
       return Model(dynamics, method);

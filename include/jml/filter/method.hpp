@@ -31,6 +31,9 @@
 ///   Start<Scalar, D>        what {…} means where it starts; default Estimate.
 ///   step(model, prior, sample, next, report)   one joint step, where predicting and correcting are one thing
 ///                           or are cheaper together; sample.at is the step's. Default: predict, correct.
+///   attempt(model, prior, sample, next, report)   the usual way of step(), which gives up (false) where it
+///   is
+///                           not enough: step() is then asked, out of its way. For speed alone.
 ///   accepts<D>(), accepts_sensor<S>()   consteval: static_asserts what a model must be.
 ///   symmetric               true: P is a covariance, symmetric, no negative variance; check_method() asks.
 ///   optimal_on_linear       true: it equals the Kalman filter on a linear system; check_method() then asks.

@@ -4,7 +4,7 @@
 #pragma once
 
 #include <jml/filter/filter.hpp>
-#include <jml/filter/method.hpp>
+#include <jml/filter/one_pass_again.hpp>
 #include <jml/riccati/difference.hpp>
 
 namespace jml {
@@ -22,125 +22,143 @@ template <typename Rule, typename Scalar, int n>
 
 namespace detail {
 
-/// Why a prediction from `prior` to x, N is not one.
-template <typename Scalar, int n>
-JML_NOINLINE Status diagnose(const Estimate<Scalar, n>& prior, const Vector<Scalar, n>& x,
-                             const Matrix<Scalar, n, n>& N) {
-  if (!all_finite(prior.x)) return Status::invalid_state;
-  if (!all_finite(prior.P)) return Status::invalid_covariance;
-  return all_finite(x) && all_finite(N) ? Status::covariance_lost : Status::dynamics_not_finite;
-}
-
-/// Why a correction failed, in the order in which its inputs came.
-template <typename Scalar, int n, int p>
-JML_NOINLINE Status diagnose(const Vector<Scalar, n>& prediction, const Matrix<Scalar, n, n>& N,
-                             const Vector<Scalar, p>& y, const Matrix<Scalar, p, n>& slot_d,
-                             const StepReport<Scalar, n, p>& report, bool regular) {
-  if (!all_finite(y)) return Status::invalid_measurement;
-  if (!all_finite(prediction)) return Status::invalid_state;
-  if (!all_finite(N)) return Status::invalid_covariance;
-  if (!all_finite(report.innovation) || !all_finite(slot_d) || !all_finite(report.innovation_matrix))
-    return Status::sensor_not_finite;
-  return regular ? Status::covariance_lost : Status::singular_innovation;
-}
-
 /// update() of x̄, N into the caller's x and P, which are touched on refusal too. A measurement that the gate
-/// rejects leaves the prediction in them.
+/// rejects leaves the prediction in them. `growth`: what rounding had grown by in N; `spread`: of P⁺ of a
+/// symmetric rule. False where the answer is none, or its digits do not suffice: again() says why, or does it
+/// over. (Nothing here is handed to a function out of line, so that all of it lives in registers.)
 template <typename Rule, typename S, typename Scalar, int n, int p, typename At,
           typename Observer = Unobserved>
-JML_INLINE inline void update_into(const Rule& rule, const S& s, const Vector<Scalar, n>& prediction,
-                                   const Matrix<Scalar, n, n>& N, const Vector<Scalar, p>& y, const At& at,
-                                   const Gate& gate, StepReport<Scalar, n, p>& report, Vector<Scalar, n>& x,
-                                   Matrix<Scalar, n, n>& P, const Observer& observer = {}) {
-  const auto answer = [&report](Status status) { report.status = status; };
+[[nodiscard]] JML_INLINE inline bool update_into(const Rule& rule, const S& s,
+                                                 const Vector<Scalar, n>& prediction,
+                                                 const Matrix<Scalar, n, n>& N, Scalar growth,
+                                                 const Vector<Scalar, p>& y, const At& at, const Gate& gate,
+                                                 StepReport<Scalar, n, p>& report, Vector<Scalar, n>& x,
+                                                 Matrix<Scalar, n, n>& P, Scalar& spread,
+                                                 const Observer& observer = {}) {
   const Matrix<Scalar, p, p> R = noise_covariance(s, prediction, at);
-  if (!is_noise_covariance(R))
-    return answer(all_finite(prediction) ? Status::invalid_noise_covariance : Status::invalid_state);
+  if (!is_noise_covariance(R)) return false;
   // Locals, stored into the report when done: a value just stored in pieces is slow to load back as a whole.
   const Vector<Scalar, p> innovation = measurement_residual(s, y, measurement(s, prediction, at));
   const Matrix<Scalar, p, n> slot_d = sensor_slot<Rule::D>(rule, s, prediction, prediction, at);
   Matrix<Scalar, p, p> S_matrix;
   Matrix<Scalar, n, p> gain;
+  Scalar condition = 0;
   bool regular = false;
   if constexpr (same_slot<Rule::D, Rule::E>) {
-    regular = correct_riccati<Rule::symmetric>(N, slot_d, slot_d, R, S_matrix, gain, P);
+    regular = correct_riccati<Rule::symmetric>(N, slot_d, slot_d, R, S_matrix, gain, P, condition);
   } else {
     const Matrix<Scalar, p, n> slot_e = sensor_slot<Rule::E>(rule, s, prediction, prediction, at);
-    regular = correct_riccati<Rule::symmetric>(N, slot_d, slot_e, R, S_matrix, gain, P);
+    regular = correct_riccati<Rule::symmetric>(N, slot_d, slot_e, R, S_matrix, gain, P, condition);
   }
   kernel::assign(report.innovation, innovation);
   kernel::assign(report.innovation_matrix, S_matrix);
-  if (!regular) return answer(diagnose(prediction, N, y, slot_d, report, false));
+  if (!regular) return false;
   kernel::assign(report.gain, gain);
   if (!gate.off()) {
-    if (!gate.valid()) return answer(Status::invalid_option);
-    if (!all_finite(S_matrix) || !all_finite(innovation) || !all_finite(N) || !all_finite(prediction)) {
-      return answer(diagnose(prediction, N, y, slot_d, report, true));
-    }
-    if (!judge(gate, report)) return answer(Status::innovation_indefinite);
+    const bool finite =
+        all_finite(S_matrix) && all_finite(innovation) && all_finite(N) && all_finite(prediction);
+    if (!gate.valid() || !finite || !judge(gate, report)) return false;
     if (report.gate == Verdict::rejected) {
-      if (!is_valid<Rule::symmetric>(N)) return answer(Status::covariance_lost);
       kernel::assign(x, prediction);
       kernel::assign(P, N);
-      return;
+      return has_digits<Rule>(N, N, growth, spread, report.rounding);
     }
   }
   observer.correction(prediction, slot_d, R, innovation);
   kernel::add_product<1>(prediction, gain, innovation, x);  // x⁺ = x̄ + K (y - m(x̄))
-  if (!(is_valid<Rule::symmetric>(N, P) && all_finite(x)))
-    answer(diagnose(prediction, N, y, slot_d, report, true));
+  bool fine = true;
+  if constexpr (Rule::symmetric && SensorTraits<S>::linear) {  // the rounding of H x̄ against √S
+    for (int i = 0; i < p; ++i) {
+      Scalar terms = y(i) * y(i);
+      for (int j = 0; j < n; ++j) terms += (slot_d(i, j) * prediction(j)) * (slot_d(i, j) * prediction(j));
+      fine &= terms <= finest_innovation<Scalar> * S_matrix(i, i);
+    }
+  }
+  if constexpr (Rule::symmetric)
+    growth += condition;
+  else
+    growth = condition;
+  const bool held = has_digits<Rule>(N, P, growth, spread, report.rounding);
+  if constexpr (Rule::symmetric) kernel::mirror(P);
+  return held && fine && all_finite(x);
 }
 
-template <typename Rule, typename Model, typename Scalar, int n, typename At, typename Observer = Unobserved>
-[[nodiscard]] Status one_pass_predict(const Rule& rule, const Model& model, const Estimate<Scalar, n>& prior,
-                                      const At& at, Estimate<Scalar, n>& next,
-                                      const Observer& observer = {}) {
+template <typename Rule, typename Model, typename Belief, typename At, typename Observer = Unobserved>
+[[nodiscard]] Status one_pass_predict(const Rule& rule, const Model& model, const Belief& prior, const At& at,
+                                      Belief& next, const Observer& observer = {}) {
+  using Scalar = typename Belief::Scalar;
   const Status status = predict_into(rule, model.dynamics, model.noise, prior, at, next.x, next.P, observer);
-  if (status == Status::ok &&
-      !(all_finite(next.x) && all_finite(prior.x) && is_valid<Rule::symmetric>(next.P)))
-    return diagnose(prior, next.x, next.P);
-  return status;
+  if (status != Status::ok) return status;
+  Scalar growth = 1, spread = 0, rounding = 0;
+  if constexpr (Rule::symmetric) growth = spread_of(prior);
+  const bool held = has_digits<Rule>(next.P, next.P, growth, spread, rounding);
+  note_spread(next, spread);
+  if (held && all_finite(next.x) && all_finite(prior.x)) return Status::ok;
+  const Status why = diagnose_prediction(rule, model, prior, next.x, next.P, at);
+  if constexpr (Rule::symmetric) {
+    if (why == Status::covariance_lost) {
+      StepReport<Scalar, Belief::states, 1> report;
+      commit(next, plain_in_two<true>(rule, model, prior, at, Unobserved{}, at, report));
+      return report.status;
+    }
+  }
+  return why;
 }
 
-template <typename Rule, typename Scalar, int n, typename Sample, typename Observer = Unobserved>
-void one_pass_correct(const Rule& rule, const Estimate<Scalar, n>& prior, const Sample& sample,
-                      Estimate<Scalar, n>& next, StepReport<Scalar, n, Sample::measurements>& report,
-                      const Observer& observer = {}) {
-  update_into(rule, sample.sensor, prior.x, prior.P, sample.y, sample.at, sample.gate, report, next.x, next.P,
-              observer);
+template <typename Rule, typename Belief, typename Sample, typename Report, typename Observer = Unobserved>
+void one_pass_correct(const Rule& rule, const Belief& prior, const Sample& sample, Belief& next,
+                      Report& report, const Observer& observer = {}) {
+  using Scalar = typename Belief::Scalar;
+  Scalar spread = 0;
+  const bool done = update_into(rule, sample.sensor, prior.x, prior.P, Scalar(1), sample.y, sample.at,
+                                sample.gate, report, next.x, next.P, spread, observer);
+  note_spread(next, spread);
+  if (!done) commit(next, again<false>(rule, Unobserved{}, prior, sample.at, sample, sample.at, report));
 }
 
-/// One step by `rule`, with what an observer asks: predict over at.dt, correct with the measurement of its
-/// end.
-template <typename Rule, typename Model, typename Scalar, int n, typename Sample,
+/// One step by `rule` in the digits of Scalar, with what an observer asks: predict over at.dt, correct with
+/// the measurement of its end. False where the answer is none, or needs more digits: one_pass_step() then.
+template <typename Rule, typename Model, typename Belief, typename Sample, typename Report,
           typename Observer = Unobserved>
-JML_INLINE inline void one_pass_step(const Rule& rule, const Model& model, const Estimate<Scalar, n>& prior,
-                                     const Sample& sample, Estimate<Scalar, n>& next,
-                                     StepReport<Scalar, n, Sample::measurements>& report,
-                                     const Observer& observer = {}) {
+[[nodiscard]] JML_INLINE inline bool one_pass_attempt(const Rule& rule, const Model& model,
+                                                      const Belief& prior, const Sample& sample, Belief& next,
+                                                      Report& report, const Observer& observer = {}) {
+  using Scalar = typename Belief::Scalar;
+  constexpr int n = Belief::states;
   Vector<Scalar, n> prediction;
   Matrix<Scalar, n, n> N;
-  report.status = predict_into(rule, model.dynamics, model.noise, prior, sample.at, prediction, N, observer);
-  if (report.status != Status::ok) return;
-  const auto update = [&](Vector<Scalar, n>& x, Matrix<Scalar, n, n>& P) JML_INLINE {
-    update_into(rule, sample.sensor, prediction, N, sample.y, end_of(sample.at), sample.gate, report, x, P,
-                observer);
-  };
-  if constexpr (n <= 3) {  // apart: in one object with P, whose address a rare check takes, x lives in memory
+  if (predict_into(rule, model.dynamics, model.noise, prior, sample.at, prediction, N, observer) !=
+      Status::ok)
+    return false;
+  Scalar growth = 1, spread = 0;
+  if constexpr (Rule::symmetric) growth = spread_of(prior);
+  bool done = false;
+  if constexpr (n <= 3) {  // apart from the belief, in registers
     Vector<Scalar, n> x;
     Matrix<Scalar, n, n> P;
     kernel::assign(x, prior.x);
     kernel::assign(P, prior.P);
-    update(x, P);
-    if (usable(report.status)) {
-      kernel::assign(next.x, x);
-      kernel::assign(next.P, P);
-    }
+    done = update_into(rule, sample.sensor, prediction, N, growth, sample.y, end_of(sample.at), sample.gate,
+                       report, x, P, spread, observer);
+    kernel::assign(next.x, x);
+    kernel::assign(next.P, P);
   } else {
-    update(next.x, next.P);
+    done = update_into(rule, sample.sensor, prediction, N, growth, sample.y, end_of(sample.at), sample.gate,
+                       report, next.x, next.P, spread, observer);
   }
-  if (report.status == Status::invalid_covariance || report.status == Status::invalid_state)
-    report.status = diagnose(prior, prediction, N);
+  note_spread(next, spread);
+  return done;
+}
+
+/// The same, however many digits it takes.
+template <typename Rule, typename Model, typename Belief, typename Sample, typename Report,
+          typename Observer = Unobserved>
+void one_pass_step(const Rule& rule, const Model& model, const Belief& prior, const Sample& sample,
+                   Belief& next, Report& report, const Observer& observer = {}) {
+  const Report fresh = report;
+  if (one_pass_attempt(rule, model, prior, sample, next, report, observer)) return;
+  report = fresh;
+  commit(next, again<true>(rule, model, prior, sample.at, sample, end_of(sample.at), report));
 }
 
 }  // namespace detail
@@ -157,7 +175,8 @@ struct OnePass : Rule_ {
   using Rule = Rule_;
   static constexpr bool optimal_on_linear = true;
   template <typename Scalar, typename D>
-  using Belief = Estimate<Scalar, states_of<D>>;
+  using Belief = std::conditional_t<Rule::symmetric, WatchedEstimate<Scalar, states_of<D>>,
+                                    Estimate<Scalar, states_of<D>>>;
 
   constexpr OnePass() = default;
   constexpr OnePass(const Rule& rule) : Rule(rule) {}  // NOLINT(google-explicit-constructor): the same thing
@@ -174,31 +193,34 @@ struct OnePass : Rule_ {
 
   /// P: symmetric positive semidefinite; of a nonsymmetric rule, whose later P are no covariances, its
   /// symmetric part. Zero means x is known exactly.
-  template <typename Model, typename Scalar, int m, int n>
-  [[nodiscard]] Status start(const Model& model, const Estimate<Scalar, m>& given,
-                             Estimate<Scalar, n>& belief) const {
-    static_assert(m == n, "jml: the estimate has not as many states as the dynamics");
-    belief = given;
+  template <typename Model, typename Scalar, int m, typename Belief>
+  [[nodiscard]] Status start(const Model& model, const Estimate<Scalar, m>& given, Belief& belief) const {
+    static_assert(m == Belief::states, "jml: the estimate has not as many states as the dynamics");
+    static_cast<Estimate<Scalar, m>&>(belief) = given;
+    detail::note_spread(belief, Scalar(0));
     const Status status = check_estimate(rule(), given);
     return status == Status::ok ? model.status() : status;
   }
 
-  template <typename Model, typename Scalar, int n, typename At>
-  [[nodiscard]] Status predict(const Model& model, const Estimate<Scalar, n>& prior, const At& at,
-                               Estimate<Scalar, n>& next) const {
+  template <typename Model, typename Belief, typename At>
+  [[nodiscard]] Status predict(const Model& model, const Belief& prior, const At& at, Belief& next) const {
     return detail::one_pass_predict(rule(), model, prior, at, next);
   }
 
-  template <typename Model, typename Scalar, int n, typename Sample, typename Report>
-  void correct(const Model&, const Estimate<Scalar, n>& prior, const Sample& sample,
-               Estimate<Scalar, n>& next, Report& report) const {
+  template <typename Model, typename Belief, typename Sample, typename Report>
+  void correct(const Model&, const Belief& prior, const Sample& sample, Belief& next, Report& report) const {
     detail::one_pass_correct(rule(), prior, sample, next, report);
   }
 
-  template <typename Model, typename Scalar, int n, typename Sample, typename Report>
-  JML_INLINE void step(const Model& model, const Estimate<Scalar, n>& prior, const Sample& sample,
-                       Estimate<Scalar, n>& next, Report& report) const {
+  template <typename Model, typename Belief, typename Sample, typename Report>
+  void step(const Model& model, const Belief& prior, const Sample& sample, Belief& next,
+            Report& report) const {
     detail::one_pass_step(rule(), model, prior, sample, next, report);
+  }
+  template <typename Model, typename Belief, typename Sample, typename Report>
+  [[nodiscard]] JML_INLINE bool attempt(const Model& model, const Belief& prior, const Sample& sample,
+                                        Belief& next, Report& report) const {
+    return detail::one_pass_attempt(rule(), model, prior, sample, next, report);
   }
 
  private:

@@ -59,6 +59,11 @@ struct Report {
 template <typename Scalar, int n, int p>
 struct StepReport : Report<Scalar, p> {
   Matrix<Scalar, n, p> gain = kernel::zeros<Matrix<Scalar, n, p>>();  ///< K = P⁺ Dᵀ R⁻¹
+  /// What this correction's rounding may have made of P⁺, relative, in its worst direction: a bound that is
+  /// mostly far too large. Of a nonsymmetric rule an estimate, of the entries of P⁺. 0 where nobody asked.
+  Scalar rounding = 0;
+  /// The step was done over again in twice the digits, as its own did not suffice.
+  bool redone = false;
 };
 
 /// The gate's verdict, written into the report. False where NIS is not defined and a gate was asked for.

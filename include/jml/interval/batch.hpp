@@ -32,9 +32,9 @@ struct Recorder {
     return detail::require_sensor<S>() && detail::require_listed<List, S>();
   }
 
-  template <typename Belief, typename Scalar, int n>
-  [[nodiscard]] Status start(Belief& recording, const Estimate<Scalar, n>& prior, double time) const {
-    static_assert(n == states_of<typename Belief::Dynamics>,
+  template <typename Belief, typename Given>
+  [[nodiscard]] Status start(Belief& recording, const Given& prior, double time) const {
+    static_assert(Given::states == states_of<typename Belief::Dynamics>,
                   "jml: the estimate has not as many states as the dynamics");
     return recording.start(prior, time, capacity);
   }
@@ -106,8 +106,8 @@ class Batch : public Filter<Recorder<List>, D, Scalar_> {
     report.status = this->status();
     if (report.status == Status::ok && !options.valid()) report.status = Status::invalid_option;
     if (report.status != Status::ok) return report;
-    if (start == Start::filter) detail::start_at_filter(store(), store().estimate());
-    if (start == Start::prediction) detail::start_at_prediction(store(), store().estimate());
+    if (start == Start::filter) detail::start_at_filter(store());
+    if (start == Start::prediction) detail::start_at_prediction(store());
     return detail::minimise(store(), options, false, false);
   }
 
@@ -145,11 +145,7 @@ class Batch : public Filter<Recorder<List>, D, Scalar_> {
  private:
   template <typename Use>
   bool covariances(int last, const Use& use) {
-    detail::Sweep<Store> sweep(store(), options.loss);
-    detail::PassSums<Scalar> sums;
-    if (!sweep.template backward<detail::Curvature::none, false, true>(Scalar(0), sums)) return false;
-    sweep.covariances(last, use);
-    return true;
+    return this->status() == Status::ok && detail::interval_covariances(store(), options.loss, last, use);
   }
 
   Store& store() { return this->mutable_belief(); }

@@ -21,6 +21,12 @@ template <typename Scalar, int n>
 struct CostToGo {
   Matrix<Scalar, n, n> information = kernel::zeros<Matrix<Scalar, n, n>>();  // Λ
   Vector<Scalar, n> slope = kernel::zeros<Vector<Scalar, n>>();              // λ
+  /// Every vᵀ (error of Λ) v is at most ε (Σ noise |v|)²: rounding of Λ is some ε of the terms that it came
+  /// from, whatever is left of it. Counted where it was asked for.
+  Vector<Scalar, n> noise = kernel::zeros<Vector<Scalar, n>>();
+  Vector<Scalar, n> peak = kernel::zeros<Vector<Scalar, n>>();  // the largest of it so far
+  /// The same as a matrix: the error is at most ε N, to first order.
+  Matrix<Scalar, n, n> rounding = kernel::zeros<Matrix<Scalar, n, n>>();
 };
 
 /// The feedback law δb = offset + gain δ of one step.
@@ -35,7 +41,12 @@ template <typename Scalar>
 struct PassSums {
   Scalar cost = 0;      // J of the nominal
   Scalar decrease = 0;  // of J, by the damped quadratic model
+  Scalar noise = 0;     // ε times this: rounding in the curvature of J, relative, in its worst direction
 };
+
+/// Above this share of rounding in its curvature J is gone through in twice the digits.
+template <typename Scalar>
+inline constexpr Scalar most_noise = std::is_same_v<Scalar, float> ? Scalar(1e-2) : Scalar(1e-7);
 
 /// One measurement of the node: mᵀR⁻¹m and -mᵀR⁻¹r.
 template <typename Scalar, int n, int p>
@@ -61,13 +72,42 @@ void add_robust_measurement(const Matrix<Scalar, p, n>& m_x, const kernel::Symme
   v.slope += slope * plain.slope;
 }
 
-/// Through one step of the dynamics. `b`: the nominal b̃; `conditional_covariance`: where C⁻¹, the covariance
-/// of b given x, is wanted, or null. On return `v`
-/// belongs to the earlier node. False where C is not positive definite or not finite.
+/// Whether a step counts rounding: as a bound, with A for the closed loop A + B K; or to first order.
+enum class Counted { not_at_all, loosely, closely };
+
+/// What of ε N reaches the unknowns b is Bᵀ N B against C = I + Bᵀ Λ B; and through the step an error goes as
+/// Λ does, N ← (A + B K)ᵀ N (A + B K), to which the rounding of what is left adds Aᵀ diag(Λ) A. Over all
+/// steps the sum is Σ tr(ε diag(Λ) P) with the covariances P given all data.
 template <typename Scalar, int n, int q>
+JML_INLINE inline void count_rounding(const Matrix<Scalar, n, n>& A, const Matrix<Scalar, n, q>& B,
+                                      const kernel::SymmetricFactor<Scalar, q>& C,
+                                      const Feedback<Scalar, n, q>& law, CostToGo<Scalar, n>& v,
+                                      PassSums<Scalar>& sums) {
+  kernel::repeat<n>([&](int i) JML_INLINE { v.rounding(i, i) += v.information(i, i); });
+  Matrix<Scalar, n, n> closed, moved, fresh = kernel::zeros<Matrix<Scalar, n, n>>();
+  kernel::assign(closed, A);
+  if constexpr (q > 0) {
+    Matrix<Scalar, n, q> half, scaled, right, reached;
+    C.right_solve(B, half, scaled, right);  // half scaledᵀ = B C⁻¹ Bᵀ
+    kernel::product(v.rounding, half, reached);
+    kernel::repeat<q>([&](int c) JML_INLINE {
+      kernel::repeat<n>([&](int i) JML_INLINE { sums.noise += reached(i, c) * scaled(i, c); });
+    });
+    kernel::add_product<1>(A, B, law.gain, closed);
+  }
+  kernel::repeat<n>([&](int i) JML_INLINE {
+    kernel::repeat<n>([&](int k) JML_INLINE { fresh(i, i) += A(k, i) * A(k, i) * v.information(k, k); });
+  });
+  kernel::product(v.rounding, closed, moved);
+  kernel::add_symmetric_transposed_product<1>(fresh, closed, moved, v.rounding);
+}
+
+/// Through one step of the dynamics. `b`: the nominal b̃. On return `v` belongs to the earlier node.
+/// `counted`: a bound on rounding too, which takes C ≥ I for C, and A for the closed loop: an error of Λ goes
+/// through the step as Λ does. False where C is not positive definite or not finite.
+template <Counted counted = Counted::not_at_all, typename Scalar, int n, int q>
 JML_INLINE inline bool pass_dynamics(const Matrix<Scalar, n, n>& A, const Matrix<Scalar, n, q>& B,
-                                     const Vector<Scalar, q>& b, Scalar damping,
-                                     Matrix<Scalar, q, q>* conditional_covariance, CostToGo<Scalar, n>& v,
+                                     const Vector<Scalar, q>& b, Scalar damping, CostToGo<Scalar, n>& v,
                                      Feedback<Scalar, n, q>& law, PassSums<Scalar>& sums) {
   Vector<Scalar, n> slope;
   kernel::assign(slope, v.slope);
@@ -90,17 +130,26 @@ JML_INLINE inline bool pass_dynamics(const Matrix<Scalar, n, n>& A, const Matrix
       sums.decrease += g(i) * Cg(i) / Scalar(2);
       sums.cost += b(i) * b(i) / Scalar(2);
     });
-    if (conditional_covariance != nullptr) {
-      for (int j = 0; j < q; ++j)
-        kernel::set_column(*conditional_covariance, j,
-                           factor.solve(kernel::column_of(kernel::identity<Matrix<Scalar, q, q>>(), j)));
-    }
     kernel::add_symmetric_product<-1>(v.information, scaled, half, rest);  // Λ - U C⁻¹ Uᵀ
     kernel::add_product<-1>(slope, U, Cg, slope);                          // λ + U k
     const Matrix<Scalar, q, n> none = kernel::zeros<Matrix<Scalar, q, n>>();
     kernel::add_transposed_product<-1>(none, right, A, law.gain);  // K = -C⁻¹ Uᵀ A
+    if constexpr (counted == Counted::closely) count_rounding(A, B, factor, law, v, sums);
   } else {
     kernel::assign(rest, v.information);
+    if constexpr (counted == Counted::closely)
+      count_rounding(A, B, kernel::SymmetricFactor<Scalar, q>{}, law, v, sums);
+  }
+  if constexpr (counted == Counted::loosely) {
+    Vector<Scalar, n> size, before = kernel::zeros<Vector<Scalar, n>>();
+    kernel::repeat<n>([&](int i) JML_INLINE {
+      size(i) = v.noise(i) + std::sqrt(v.information(i, i));
+      v.peak(i) = size(i) > v.peak(i) ? size(i) : v.peak(i);
+    });
+    kernel::repeat<n>([&](int i) JML_INLINE {  // |A|ᵀ size
+      kernel::repeat<n>([&](int k) JML_INLINE { before(i) += std::abs(A(k, i)) * size(k); });
+    });
+    kernel::assign(v.noise, before);
   }
   Matrix<Scalar, n, n> restA;
   kernel::product(rest, A, restA);  // (Λ - U C⁻¹ Uᵀ) A

@@ -19,7 +19,7 @@ namespace jml {
 /// How a window is re-optimised at each step.
 struct LagOptions {
   int sweeps = 2;           ///< backward and forward passes at most: the bound on a step's time
-  double tolerance = 1e-6;  ///< stop where the next sweep would move less, see BatchOptions
+  double tolerance = 1e-7;  ///< stop where the next sweep would move less, see BatchOptions
   Loss loss{};              ///< of the measurements
   bool newton = true;       ///< second derivatives of f and m in the sweeps, see BatchOptions
   /// Report the innovation matrix, and with it NIS and log-likelihood, without a gate too. It needs P at the
@@ -85,10 +85,11 @@ struct FixedLag {
     return detail::require_sensor<S>() && detail::require_listed<List, S>();
   }
 
-  /// As of Ekf.
-  template <typename Belief, typename Scalar, int n>
-  [[nodiscard]] Status start(Belief& window, const Estimate<Scalar, n>& given, double time) const {
-    static_assert(n == states_of<typename Belief::Dynamics>,
+  /// As of Factored: an Estimate, with infinite variances of states of which nothing is known, or a
+  /// FactoredEstimate.
+  template <typename Belief, typename Given>
+  [[nodiscard]] Status start(Belief& window, const Given& given, double time) const {
+    static_assert(Given::states == states_of<typename Belief::Dynamics>,
                   "jml: the estimate has not as many states as the dynamics");
     return window.reset(given, time);
   }
@@ -209,6 +210,17 @@ struct FixedLag {
       if (!usable(report.status)) window.template remove_newest<S>(node);
     }
   }
+};
+
+/// Another spelling of FixedLag, whose arrival cost and covariances are in factors of themselves.
+template <int length, int measurements, typename List>
+struct Factored<FixedLag<length, measurements, List>> : FixedLag<length, measurements, List> {
+  using Base = FixedLag<length, measurements, List>;
+  template <typename Sensors>
+  using With = Factored<FixedLag<length, measurements, Sensors>>;
+  explicit Factored(const Base& of) : Base(of) {}
+  template <typename Other>
+  explicit Factored(const Factored<FixedLag<length, measurements, Other>>& other) : Base(other) {}
 };
 
 }  // namespace jml

@@ -67,6 +67,7 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
   bool infeasible = !feasible, known = false;
   int accepted = 0;  // trajectories taken in place of the one before
   Scalar cost_before = std::numeric_limits<Scalar>::quiet_NaN();
+  bool in_two = false, exact = false;    // the digits of Scalar do not suffice; they do
   bool newton = false, defined = false;  // defined: some trial has a finite J
   // |δ|² C ≈ δᵀCδ: a damping that matters is of the size of C.
   const auto begin_damping = [&] {
@@ -77,9 +78,19 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
   report.status = Status::not_converged;
   while (report.iterations < options.max_iterations) {
     ++report.iterations;
-    const bool full = newton && !infeasible && sweep.template backward<Curvature::full, false>(damping, sums);
-    const bool valid = full || (infeasible ? sweep.template backward<Curvature::none, true>(damping, sums)
-                                           : sweep.template backward<Curvature::none, false>(damping, sums));
+    const bool full =
+        !in_two && newton && !infeasible && sweep.template backward<Curvature::full, false>(damping, sums);
+    bool valid = full || (in_two       ? sweep.backward_in_two(infeasible, damping, sums)
+                          : infeasible ? sweep.template backward<Curvature::none, true>(damping, sums)
+                                       : sweep.template backward<Curvature::none, false>(damping, sums));
+    if (!full && !in_two && !(valid && epsilon * sums.noise <= most_noise<Scalar>) && !exact) {
+      exact =
+          valid && epsilon * curvature_noise(store, options.loss) <= most_noise<Scalar>;  // more than a bound
+      if (!exact) {
+        valid = sweep.backward_in_two(infeasible, damping, sums);
+        in_two = valid;
+      }
+    }
     if (!valid) {
       if (!infeasible) {
         // This trajectory cannot be linearised. The one before it could, and is still there.
@@ -155,7 +166,8 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
   if (report.status == Status::not_converged && known && !once) {
     // The gradient of the answer, not of the step before it.
     report.gradient = sweep.gradient();
-    if (sweep.template backward<Curvature::none, false>(Scalar(0), sums))
+    if (in_two ? sweep.backward_in_two(false, Scalar(0), sums)
+               : sweep.template backward<Curvature::none, false>(Scalar(0), sums))
       report.step = std::sqrt(Scalar(2) * sums.decrease / unknowns);
   }
   if (report.status == Status::not_converged && options.accept_at_limit && (accepted > 0 || defined) &&

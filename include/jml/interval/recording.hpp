@@ -5,7 +5,7 @@
 
 #include <array>
 #include <cstdint>
-#include <jml/interval/nodes.hpp>
+#include <jml/interval/linearised.hpp>
 #include <vector>
 
 namespace jml {
@@ -24,13 +24,13 @@ class Recording;
 /// A store of interval/sweep.hpp.
 template <typename D, typename... S, typename Scalar>
 class Recording<D, Sensors<S...>, Scalar> {
-  using List = Sensors<S...>;
-  static constexpr int n = states_of<D>, q = DynamicsTraits<D>::disturbances;
+  static constexpr int n = states_of<D>;
   using X = Vector<Scalar, n>;
   using Root = NoiseRoot<Scalar, D>;
   using At = typename Root::At;
 
  public:
+  using List = Sensors<S...>;
   using Dynamics = D;
   using Number = Scalar;
   static constexpr bool reads_contexts = keeps_context<Scalar, D, List>;
@@ -38,9 +38,9 @@ class Recording<D, Sensors<S...>, Scalar> {
   explicit Recording(D dynamics) : dynamics_(std::move(dynamics)) {}
 
   /// Reserves the memory, and begins with node 0.
-  Status start(const Estimate<Scalar, n>& prior, double time, Capacity capacity) {
-    estimate_ = prior;
-    status_ = std::isfinite(time) ? check_estimate(Ekf<>{}, prior) : Status::invalid_time_step;
+  template <typename Given>
+  Status start(const Given& given, double time, Capacity capacity) {
+    status_ = std::isfinite(time) ? start_factors(given, start_) : Status::invalid_time_step;
     if constexpr (Root::constant) {
       if (!root_.form(dynamics_, kernel::zeros<X>(), At{}) && status_ == Status::ok)
         status_ = Status::invalid_disturbance_covariance;
@@ -56,7 +56,7 @@ class Recording<D, Sensors<S...>, Scalar> {
     measurements_ = static_cast<std::size_t>(capacity.measurements);
     nodes_.clear();
     nodes_.reserve(nodes);
-    conditional_covariances_.assign(nodes, kernel::zeros<Matrix<Scalar, q, q>>());
+    later_.assign(nodes, kernel::zeros<Matrix<Scalar, n, n>>());
     times_.clear();
     times_.reserve(nodes);
     (std::get<vector_of<S>>(records_).clear(), ...);
@@ -64,9 +64,10 @@ class Recording<D, Sensors<S...>, Scalar> {
     last_ = now_ = 0;
     times_.push_back(time);
     nodes_.emplace_back();
-    nodes_[0].x[0] = prior.x;
+    nodes_[0].x[0] = given.x;
     if constexpr (reads_contexts) nodes_[0].context.time = time;
-    if (status_ == Status::ok) prior_.set(prior);
+    if (status_ == Status::ok) prior_.set(start_);
+    prior_.a = copies_of<2, X>();
     return status_;
   }
   [[nodiscard]] const X& x() const { return node(last_).x[now_]; }
@@ -110,7 +111,9 @@ class Recording<D, Sensors<S...>, Scalar> {
 
   [[nodiscard]] Status status() const { return status_; }
   [[nodiscard]] const D& dynamics() const { return dynamics_; }
-  [[nodiscard]] const Estimate<Scalar, n>& estimate() const { return estimate_; }
+  /// The prior, by factors.
+  [[nodiscard]] const FactoredBelief<Scalar, n>& start() const { return start_; }
+  [[nodiscard]] Estimate<Scalar, n> estimate() const { return {start_.x, start_.P()}; }
   [[nodiscard]] JML_INLINE int last() const { return last_; }
   [[nodiscard]] JML_INLINE auto& node(int j) { return nodes_[static_cast<std::size_t>(j)]; }
   [[nodiscard]] JML_INLINE const auto& node(int j) const { return nodes_[static_cast<std::size_t>(j)]; }
@@ -120,9 +123,8 @@ class Recording<D, Sensors<S...>, Scalar> {
     else
       return node(j).noise;
   }
-  [[nodiscard]] auto& conditional_covariance(int j) {
-    return conditional_covariances_[static_cast<std::size_t>(j)];
-  }
+  /// What the measurements after node j say, as rows: see InformationInTwo::store(). For covariances() alone.
+  [[nodiscard]] Matrix<Scalar, n, n>& later(int j) { return later_[static_cast<std::size_t>(j)]; }
   [[nodiscard]] auto& prior() { return prior_; }
   [[nodiscard]] const Terminal<Scalar, n>* terminal() const { return has_terminal_ ? &terminal_ : nullptr; }
   void end_near(const Terminal<Scalar, n>& terminal) {
@@ -161,7 +163,7 @@ class Recording<D, Sensors<S...>, Scalar> {
 
   D dynamics_;
   Root root_;  // where it is constant
-  Estimate<Scalar, n> estimate_;
+  FactoredBelief<Scalar, n> start_{};
   Prior<Scalar, n> prior_;
   Terminal<Scalar, n> terminal_;
   bool has_terminal_ = false;
@@ -169,7 +171,7 @@ class Recording<D, Sensors<S...>, Scalar> {
   std::size_t measurements_ = 0;
   std::vector<RecordedNode> nodes_;
   std::vector<double> times_;
-  std::vector<Matrix<Scalar, q, q>> conditional_covariances_;  // C⁻¹ of a step, for covariances() alone
+  std::vector<Matrix<Scalar, n, n>> later_;
   std::tuple<vector_of<S>...> records_;
   Status status_ = Status::ok;
 };

@@ -3,8 +3,7 @@
 /// Where the minimisation of J over an interval begins.
 #pragma once
 
-#include <jml/filter/one_pass.hpp>
-#include <jml/interval/nodes.hpp>
+#include <jml/interval/linearised.hpp>
 
 namespace jml {
 
@@ -17,33 +16,67 @@ enum class Start : std::uint8_t {
 
 namespace detail {
 
-/// Sets the nominal states of `store` by an EKF; a step or measurement that it refuses is left out.
+/// Sets the nominal states of `store` by an EKF. False where it refuses a step or a measurement.
 template <typename Store, typename Scalar, int n>
-void start_at_filter(Store& store, const Estimate<Scalar, n>& prior) {
+[[nodiscard]] bool start_at_plain_filter(Store& store, const Estimate<Scalar, n>& prior) {
   using D = typename Store::Dynamics;
   const NoisyDynamics<Scalar, D> model(store.dynamics());
   const OnePass<Ekf<>> ekf;
-  Estimate<Scalar, n> estimate = prior, next;
-  for (int j = 0; j <= store.last(); ++j) {
+  typename OnePass<Ekf<>>::template Belief<Scalar, D> estimate{prior}, next;
+  bool valid = true;
+  for (int j = 0; j <= store.last() && valid; ++j) {
     auto& node = store.node(j);
     if (j > 0) {
-      if (ekf.predict(model, estimate, node.at(), next) == Status::ok) estimate = next;
+      valid = ekf.predict(model, estimate, node.at(), next) == Status::ok;
+      commit(estimate, next);
     }
     store.visit(j, [&](const auto& record) {
       using Record = std::remove_cvref_t<decltype(record)>;
       StepReport<Scalar, n, Record::p> report;
       const auto at = end_of(node.at());
       ekf.correct(model, estimate, Sample{record.sensor, record.y, at, Gate{}}, next, report);
-      if (report.status == Status::ok) estimate = next;
+      valid = valid && report.status == Status::ok && !report.redone;
+      if (valid) commit(estimate, next);
     });
     node.x[store.now()] = estimate.x;
+  }
+  return valid;
+}
+
+/// Sets the nominal states of `store` by an EKF, where it refuses by one in factors; a step or measurement
+/// that it refuses is left out.
+template <typename Store>
+void start_at_filter(Store& store) {
+  using D = typename Store::Dynamics;
+  using Scalar = typename Store::Number;
+  constexpr int n = states_of<D>;
+  if (!store.prior().diffuse && start_at_plain_filter(store, store.estimate())) return;
+  const int now = store.now();
+  FactoredBelief<Scalar, n> belief;
+  commit(belief, store.start());
+  for (int j = 0; j <= store.last(); ++j) {
+    auto& node = store.node(j);
+    if (j > 0) {
+      bool valid = true;
+      if constexpr (!NoiseRoot<Scalar, D>::constant)
+        valid = node.noise.form(store.dynamics(), store.node(j - 1).x[now], node.at());
+      if (valid) static_cast<void>(linearised_step(store, j, belief));
+    }
+    kernel::assign(node.x[now], belief.x);
+    bool valid = true;
+    store.visit(j, [&](auto& record) {
+      if constexpr (std::remove_reference_t<decltype(record)>::varies)
+        valid = record.freeze(node.x[now], end_of(node.at())) && valid;
+    });
+    if (valid) static_cast<void>(linearised_correction(store, j, Loss{}, belief));
+    kernel::assign(node.x[now], belief.x);
   }
 }
 
 /// Sets the nominal states to the prediction from the prior.
-template <typename Store, typename Scalar, int n>
-void start_at_prediction(Store& store, const Estimate<Scalar, n>& prior) {
-  Vector<Scalar, n> x = prior.x;
+template <typename Store>
+void start_at_prediction(Store& store) {
+  auto x = store.start().x;
   for (int j = 0; j <= store.last(); ++j) {
     auto& node = store.node(j);
     if (j > 0) x = predicted_state(store.dynamics(), x, node.at());

@@ -8,9 +8,7 @@
 /// memory are linear in the number of steps.
 #pragma once
 
-#include <jml/interval/loss.hpp>
-#include <jml/interval/nodes.hpp>
-#include <jml/interval/record_terms.hpp>
+#include <jml/interval/curvature_noise.hpp>
 #include <jml/model/hessian.hpp>
 
 namespace jml::detail {
@@ -58,9 +56,9 @@ class Sweep {
   }
 
   /// Backward from the last node: fills every law, and `sums`. `infeasible`: the nominal states are a guess
-  /// that no disturbance needs to lead along; b̃ is zero, and sums.cost means nothing. `keep`: covariances()
-  /// will be asked. False where a number is not finite or the quadratic model has no minimum.
-  template <Curvature curvature, bool infeasible, bool keep = false>
+  /// that no disturbance needs to lead along; b̃ is zero, and sums.cost means nothing. False where a number is
+  /// not finite or the quadratic model has no minimum.
+  template <Curvature curvature, bool infeasible>
   [[nodiscard]] bool backward(Scalar damping, PassSums<Scalar>& total) {
     const int now = store_.now();
     const Loss loss = loss_;
@@ -72,19 +70,22 @@ class Sweep {
       v.slope = end->weight * off;
       sums.cost = kernel::dot(off, v.slope) / Scalar(2);
     }
+    constexpr Counted counted = curvature == Curvature::full ? Counted::not_at_all
+                                : infeasible                 ? Counted::closely
+                                                             : Counted::loosely;
     bool valid = true;
     for (int j = store_.last();; --j) {
       auto& node = store_.node(j);
       X x;
       kernel::assign(x, node.x[now]);
       store_.visit(j, [&](const auto& record) JML_INLINE {
-        add_record<curvature, curvature == Curvature::full || keep>(record, loss, x, end_of(node.at()), sums,
-                                                                    v);
+        add_record<curvature, curvature == Curvature::full>(record, loss, x, end_of(node.at()), sums, v);
       });
       if (j == 0) break;
       X previous;
       kernel::assign(previous, store_.node(j - 1).x[now]);
       const auto& root = store_.root(j);
+      if constexpr (curvature == Curvature::none && !NoiseRoot<Scalar, D>::constant) note_inputs(root.B);
       Matrix<Scalar, n, n> A, bend;
       if constexpr (curvature == Curvature::full)
         dynamics_jacobian_and_hessian(store_.dynamics(), previous, v.slope, node.at(), A, bend);
@@ -97,13 +98,35 @@ class Sweep {
       } else {
         kernel::assign(b, node.b[now]);
       }
-      Matrix<Scalar, q, q>* conditional_covariance = nullptr;
-      if constexpr (keep) conditional_covariance = &store_.conditional_covariance(j);
-      valid &= pass_dynamics(A, root.B, b, damping, conditional_covariance, v, node.law, sums);
+      valid &= pass_dynamics<counted>(A, root.B, b, damping, v, node.law, sums);
       if constexpr (curvature == Curvature::full) add_symmetric(v.information, bend);
     }
+    if constexpr (curvature == Curvature::none && NoiseRoot<Scalar, D>::constant)
+      note_inputs(store_.root(0).B);
     total = sums;
     return valid && at_prior(infeasible, damping, v, total);
+  }
+
+  /// The same in twice the digits, without second derivatives.
+  JML_NOINLINE bool backward_in_two(bool infeasible, Scalar damping, PassSums<Scalar>& total) {
+    const int now = store_.now();
+    InformationMemory<Scalar, n, q, most_rows<typename Store::List>> memory;
+    InformationInTwo<Scalar> information(memory);
+    PassSums<Scalar> sums;
+    if (const Terminal<Scalar, n>* end = store_.terminal()) {
+      const X off = store_.node(store_.last()).x[now] - end->target, slope = end->weight * off;
+      if (!information.begin(end->weight.data(), slope.data())) return false;
+      sums.cost = kernel::dot(off, slope) / Scalar(2);
+    }
+    pass_in_two(
+        store_, loss_, infeasible, false, damping, -1, information, sums, [](int) {},
+        [&](int j, const Feedback<Scalar, n, q>& law) { store_.node(j).law = law; });
+    auto& prior = store_.prior();
+    const X a = infeasible ? X(kernel::zeros<X>()) : prior.a[now], off = prior.x - store_.node(0).x[now];
+    const bool valid = information.at_prior(prior.L.data(), prior.weight.data(), a.data(), off.data(),
+                                            damping, prior.law.data(), sums);
+    total = sums;
+    return valid && std::isfinite(sums.decrease);
   }
 
   /// Forward along the law into the other trajectory. Returns its J, and |δ|² of the whitened step; NaN where
@@ -114,7 +137,7 @@ class Sweep {
     const Loss loss = loss_;
     auto& prior = store_.prior();
     prior.a[next] = infeasible ? prior.law : X(prior.a[now] + prior.law);
-    Scalar cost = kernel::squared_norm(prior.a[next]) / Scalar(2);
+    Scalar cost = prior.squared_norm(next) / Scalar(2);
     Scalar moved = kernel::squared_norm(prior.law);
     X x;
     kernel::add_product<1>(prior.x, prior.L, prior.a[next], x);  // x_0 = x̂_0 + L a
@@ -189,7 +212,7 @@ class Sweep {
     }
     auto& prior = store_.prior();
     const Scalar norm =
-        std::sqrt(sum + kernel::squared_norm(prior.a[now] + kernel::transposed(prior.L) * v.slope));
+        std::sqrt(sum + kernel::squared_norm(prior.weighted(now) + kernel::transposed(prior.L) * v.slope));
     return std::isfinite(norm) ? norm : std::numeric_limits<Scalar>::infinity();
   }
 
@@ -216,33 +239,11 @@ class Sweep {
     return status == Status::ok ? Status::not_converged : status;
   }
 
-  /// P of every node in order, use(j, P): the covariance that the curvature of J at the nominal stands for
-  /// (Laplace). After backward<…, keep> without damping. P⁺ = (A + B K) P (A + B K)ᵀ + B C⁻¹ Bᵀ.
-  template <typename Use>
-  void covariances(int last, const Use& use) const {
-    const int now = store_.now();
-    Matrix<Scalar, n, n> P = initial_;
-    for (int j = 0;; ++j) {
-      use(j, P);
-      if (j == last) break;
-      const auto& following = store_.node(j + 1);
-      const Matrix<Scalar, n, n> A =
-          dynamics_jacobian(store_.dynamics(), store_.node(j).x[now], following.at());
-      const auto& root = store_.root(j + 1);
-      Matrix<Scalar, n, n> closed, closedP, noise = kernel::zeros<Matrix<Scalar, n, n>>();
-      Matrix<Scalar, n, q> BC;
-      kernel::add_product<1>(A, root.B, following.law.gain, closed);      // A + B K
-      kernel::product(root.B, store_.conditional_covariance(j + 1), BC);  // B C⁻¹
-      kernel::add_symmetric_product<1>(noise, BC, root.B, noise);         // B C⁻¹ Bᵀ
-      kernel::product(closed, P, closedP);                                // (A + B K) P
-      kernel::add_symmetric_product<1>(noise, closedP, closed, P);        // P⁺
-    }
-  }
-
  private:
   JML_NOINLINE bool at_prior(bool infeasible, Scalar damping, const CostToGo<Scalar, n>& v,
                              PassSums<Scalar>& sums) {
     auto& prior = store_.prior();
+    if (prior.diffuse) return false;
     const int now = store_.now();
     const X a = infeasible ? X(kernel::zeros<X>()) : prior.a[now];
     // A nominal x_0 that is not x̂_0 + L a: a guess, or a prior that has just moved.
@@ -257,15 +258,37 @@ class Sweep {
     prior.law = -factor.solve(g);
     sums.decrease -= kernel::dot(g, prior.law) / Scalar(2);
     sums.cost += kernel::squared_norm(a) / Scalar(2);
-    Matrix<Scalar, n, n> half, scaled, right, none = kernel::zeros<Matrix<Scalar, n, n>>();
-    factor.right_solve(prior.L, half, scaled, right);                // L C⁻¹
-    kernel::add_symmetric_product<1>(none, scaled, half, initial_);  // P_0 given all data: L C⁻¹ Lᵀ
+    if (infeasible) {
+      sums.noise = prior_noise(prior, v, sums.noise, std::numeric_limits<Scalar>::infinity());
+      return all_finite(prior.law) && std::isfinite(sums.decrease);
+    }
+    Matrix<Scalar, n, n> half, scaled, right;
+    factor.right_solve(prior.L, half, scaled, right);  // P_0 given all data: L C⁻¹ Lᵀ
+    Scalar reached = 0;
+    for (int i = 0; i < n; ++i) {
+      Scalar variance = 0;
+      for (int j = 0; j < n; ++j) variance += half(i, j) * scaled(i, j);
+      reached += (v.noise(i) + std::sqrt(v.information(i, i))) * std::sqrt(variance);
+    }
+    // Of every step at most what the largest B and the largest error make of it.
+    sums.noise = Scalar(4) * reached * reached;
+    for (int i = 0; i < n && q > 0; ++i)
+      sums.noise += Scalar(4 * n) * Scalar(store_.last()) * inputs_(i) * v.peak(i) * v.peak(i);
     return all_finite(prior.law) && std::isfinite(sums.decrease);
+  }
+
+  /// The largest (B Bᵀ)_ii.
+  void note_inputs(const Matrix<Scalar, n, q>& B) {
+    for (int i = 0; i < n; ++i) {
+      Scalar sum = 0;
+      for (int c = 0; c < q; ++c) sum += B(i, c) * B(i, c);
+      inputs_(i) = sum > inputs_(i) ? sum : inputs_(i);
+    }
   }
 
   Store& store_;
   Loss loss_;
-  Matrix<Scalar, n, n> initial_ = kernel::zeros<Matrix<Scalar, n, n>>();  // P of node 0, given all data
+  X inputs_ = kernel::zeros<X>();
 };
 
 }  // namespace jml::detail

@@ -4,7 +4,8 @@
 /// node.
 ///
 /// When the window slides, the arrival cost is the filtered mean and covariance of the second node, from one
-/// Kalman step linearised about the smoothed trajectory; it has then absorbed that node's measurements.
+/// Kalman step linearised about the smoothed trajectory; it has then absorbed that node's measurements. Its
+/// covariance is kept in factors U D Uᵀ.
 #pragma once
 
 #include <array>
@@ -23,9 +24,9 @@ class WindowMemory;
 template <int length, int measurements, typename D, typename... S, typename Scalar_>
 class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
   static_assert(length >= 1 && measurements >= 1, "jml: a lag is at least one step with one measurement");
-  using List = Sensors<S...>;
 
  public:
+  using List = Sensors<S...>;
   using Scalar = Scalar_;
 
  private:
@@ -51,39 +52,46 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
   [[nodiscard]] const X& x(int age = 0) const { return node(last_ - age).x[now_]; }
   /// To first order about the window's trajectory (Laplace); NaN where it is lost. A pass through the window.
   [[nodiscard]] Covariance P(int age = 0) const {
-    return linearised_covariance(*this, Estimate<Scalar, n>{prior_.x, P_}, last_ - age, loss_);
+    return linearised_covariance(*this, arrival_, last_ - age, loss_);
   }
   [[nodiscard]] double time(int age = 0) const { return time_of(last_ - age); }  ///< s
   [[nodiscard]] int depth() const { return last_; }                              ///< steps in the window
   void weigh_by(const Loss& loss) { loss_ = loss; }
 
-  Status reset(const Estimate<Scalar, n>& estimate, double time) {
+  template <typename Given>
+  Status reset(const Given& given, double time) {
     first_ = last_ = now_ = kept_ = 0;
     clear(node(0), {});
-    node(0).x[0] = estimate.x;
+    node(0).x[0] = given.x;
     node(0).context.time = time;
-    Status status = std::isfinite(time) ? check_estimate(Ekf<>{}, estimate) : Status::invalid_time_step;
+    Status status = std::isfinite(time) ? start_factors(given, arrival_) : Status::invalid_time_step;
     if constexpr (Root::constant) {
       if (!root_.form(dynamics_, kernel::zeros<X>(), At{}) && status == Status::ok)
         status = Status::invalid_disturbance_covariance;
     }
-    if (status == Status::ok) arrive(estimate);
+    if (status == Status::ok) arrive();
     return status;
   }
 
   /// Makes room for a node, sliding if the window is full. False where the arrival cost would be lost.
   bool slide(const Loss& loss) {
-    saved_ = {prior_, P_, first_, last_, node(last_ > 0 ? 1 : 0).count};
+    saved_.first = first_;
+    saved_.last = last_;
     slid_ = last_ == length;
     if (!slid_) return true;
-    Estimate<Scalar, n> arrival{prior_.x, P_};
-    if (!linearised_correction(*this, 0, loss, arrival)) return false;
-    linearised_step(*this, 1, arrival);
-    if (!linearised_correction(*this, 1, loss, arrival)) return false;
+    saved_.prior = prior_;
+    saved_.count = node(1).count;
+    commit(saved_.arrival, arrival_);
+    if (!linearised_correction(*this, 0, loss, arrival_) || !linearised_step(*this, 1, arrival_) ||
+        !linearised_correction(*this, 1, loss, arrival_)) {
+      commit(arrival_, saved_.arrival);
+      slid_ = false;
+      return false;
+    }
     first_ = place(1);
     --last_;
     node(0).count = {};
-    arrive(arrival);
+    arrive();
     return true;
   }
   /// A node after the last, at the prediction; or why it would be none.
@@ -104,7 +112,7 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
     if (slid_) {
       first_ = saved_.first;
       prior_ = saved_.prior;
-      P_ = saved_.P;
+      commit(arrival_, saved_.arrival);
       node(1).count = saved_.count;
     }
     last_ = saved_.last;
@@ -232,23 +240,20 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
     some.count = {};
     some.context = at;
   }
-  void arrive(const Estimate<Scalar, n>& estimate) {
-    const kernel::SemidefiniteFactor<Scalar, n> factor(estimate.P);
-    prior_.x = estimate.x;
-    prior_.L = factor.L;
-    prior_.a[now_] = factor.coordinates(node(0).x[now_] - estimate.x);
-    P_ = estimate.P;
+  void arrive() {
+    prior_.set(arrival_);
+    prior_.a[now_] = prior_.coordinates(node(0).x[now_] - arrival_.x);
   }
 
   D dynamics_;
   Root root_;  // where it is constant
   Prior<Scalar, n, 3> prior_;
-  Covariance P_ = kernel::zeros<Covariance>();  // of the prior
+  FactoredBelief<Scalar, n> arrival_{};  // the prior, by factors
   int first_ = 0, last_ = 0, now_ = 0;
   std::array<WindowNode, static_cast<std::size_t>(size)> nodes_{};
   struct Saved {
     Prior<Scalar, n, 3> prior;
-    Covariance P;
+    FactoredBelief<Scalar, n> arrival;
     int first, last;
     std::array<std::uint8_t, sizeof...(S)> count;
   };

@@ -38,26 +38,41 @@ Vector<Scalar, p> noise_units(const Matrix<Scalar, p, p>& R) {
   }
 }
 
-/// K and P⁺ from N: the algebra of one correction, for slots D and E (p×n).
+/// K and P⁺ from N: the algebra of one correction, for slots D and E (p×n). `condition`: of S, by its pivots.
+/// Of a symmetric rule the lower triangle of P⁺ alone, which its pivots are asked of before it is mirrored.
 /// False where S is singular (or, in a symmetric rule, not positive definite).
 template <bool symmetric, typename Scalar, int n, int p>
 JML_INLINE inline bool correct_riccati(const Matrix<Scalar, n, n>& N, const Matrix<Scalar, p, n>& slot_d,
                                        const Matrix<Scalar, p, n>& slot_e, const Matrix<Scalar, p, p>& R,
                                        Matrix<Scalar, p, p>& S, Matrix<Scalar, n, p>& gain,
-                                       Matrix<Scalar, n, n>& P) {
+                                       Matrix<Scalar, n, n>& P, Scalar& condition) {
   Matrix<Scalar, n, p> ND;
   kernel::product_transposed(N, slot_d, ND);  // N Dᵀ
   if constexpr (symmetric) {
     kernel::add_product<1>(R, slot_d, ND, S);  // S = R + D N Dᵀ
     kernel::SymmetricFactor<Scalar, p> factor;
     if (!factor.factor(S)) return false;
+    condition = Scalar(1);
+    if constexpr (p > 1) {
+      kernel::repeat<p>([&](int i) JML_INLINE {
+        const Scalar share = S(i, i) * factor.inverse_diagonal(i);
+        condition = share > condition ? share : condition;
+      });
+    }
     Matrix<Scalar, n, p> v, scaled;
-    factor.right_solve(ND, v, scaled, gain);             // K = N Dᵀ S⁻¹
-    kernel::add_symmetric_product<-1>(N, scaled, v, P);  // P⁺ = N - (N Dᵀ) S⁻¹ (N Dᵀ)ᵀ
+    factor.right_solve(ND, v, scaled, gain);         // K = N Dᵀ S⁻¹
+    kernel::add_lower_product<-1>(N, scaled, v, P);  // P⁺ = N - (N Dᵀ) S⁻¹ (N Dᵀ)ᵀ
   } else {
     kernel::add_product<1>(R, slot_e, ND, S);  // S = R + E N Dᵀ
     kernel::GeneralFactor<Scalar, p> factor;
     if (!factor.factor(S, noise_units(R))) return false;
+    condition = Scalar(1);
+    if constexpr (p > 1) {
+      for (int i = 0; i < p; ++i) {
+        const Scalar share = std::abs(S(i, factor.order[i]) * factor.inverse_diagonal(i));
+        condition = share > condition ? share : condition;
+      }
+    }
     factor.right_solve(ND, gain);  // K = N Dᵀ S⁻¹
     Matrix<Scalar, p, n> EN;
     kernel::product(slot_e, N, EN);           // E N
@@ -76,28 +91,6 @@ JML_INLINE inline bool is_valid(const Matrix<Scalar, n, n>& P) {
     if (!positive) return false;
   }
   return all_finite(P);
-}
-
-/// A variance of P⁺ that is zero was zero before: with R > 0 a measurement leaves something of every other.
-/// Asked where some variance is not positive, out of the way of the rest.
-template <bool symmetric, typename Scalar, int n>
-JML_NOINLINE bool zeros_were_zeros(const Matrix<Scalar, n, n>& N, const Matrix<Scalar, n, n>& P) {
-  for (int i = 0; i < n; ++i) {
-    if (symmetric && !(P(i, i) >= Scalar(0))) return false;
-    if (P(i, i) == Scalar(0) && N(i, i) != Scalar(0)) return false;
-  }
-  return true;
-}
-
-/// P⁺ of a correction of N is finite and has lost no variance: N - K E N cancels where N is much larger than
-/// R, and a zero left there would shut the filter against all later measurements. In a nonsymmetric rule,
-/// whose diagonal may have either sign, only an exact zero tells.
-template <bool symmetric, typename Scalar, int n>
-JML_INLINE inline bool is_valid(const Matrix<Scalar, n, n>& N, const Matrix<Scalar, n, n>& P) {
-  bool clear = true;
-  kernel::repeat<n>([&](int i)
-                        JML_INLINE { clear &= symmetric ? P(i, i) > Scalar(0) : P(i, i) != Scalar(0); });
-  return (clear || zeros_were_zeros<symmetric>(N, P)) && all_finite(P);
 }
 
 template <typename Rule, bool linear>

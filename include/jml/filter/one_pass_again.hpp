@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What follows where a step of a one-pass rule gave no answer: the reason, or, where only digits were
+/// missing, the step done over again in twice as many. Out of the way of the usual one.
+#pragma once
+
+#include <jml/filter/filter_core.hpp>
+#include <jml/filter/general_step.hpp>
+#include <jml/filter/step_in_two.hpp>
+#include <jml/filter/watched.hpp>
+
+namespace jml::detail {
+
+/// Why a prediction from `prior` to x, N is not one, of inputs that gave x.
+template <typename Rule, typename Model, typename Scalar, int n, typename At>
+JML_NOINLINE Status diagnose_prediction(const Rule& rule, const Model& model,
+                                        const Estimate<Scalar, n>& prior, const Vector<Scalar, n>& x,
+                                        const Matrix<Scalar, n, n>& N, const At& at) {
+  if (!all_finite(prior.x)) return Status::invalid_state;
+  if (!all_finite(prior.P)) return Status::invalid_covariance;
+  if (!all_finite(x)) return Status::dynamics_not_finite;
+  if (all_finite(N)) return Status::covariance_lost;
+  const auto finite = [&]<auto slot>() {
+    const Vector<Scalar, n>& point = Rule::evaluated_at == EvaluatedAt::estimate ? prior.x : x;
+    return all_finite(dynamics_slot<slot>(rule, model.dynamics, point, prior.x, at));
+  };
+  const bool model_finite = finite.template operator()<Rule::A>() && finite.template operator()<Rule::B>();
+  return model_finite ? Status::covariance_lost : Status::dynamics_not_finite;
+}
+
+/// A prediction over `at` (where `moves`) and the correction with a sample (Unobserved: none) at `at_y`, from
+/// `prior` in twice the digits; by value, so that the estimate of the usual way stays in registers. P⁺ is
+/// rounded to an n×n matrix again. covariance_lost where that matrix cannot hold it: its correlations are
+/// nearer to singular than `worst_error` allows.
+template <bool moves, typename Rule, typename Model, typename Belief, typename At, typename Sample,
+          typename AtY, typename Report>
+[[nodiscard]] JML_NOINLINE Belief plain_in_two(const Rule& rule, const Model& model, const Belief& prior,
+                                               const At& at, const Sample& sample, const AtY& at_y,
+                                               Report& report) {
+  using Scalar = typename Belief::Scalar;
+  constexpr int n = Belief::states, q = disturbances_in<moves, Model>(), p = measurements_in<Sample>();
+  ExtendedMemory<Scalar, n, q, p> memory;
+  ExtendedStep<Scalar> two(memory);
+  report.redone = true;
+  const auto begin = [&]() -> Status {
+    if (!all_finite(prior.P) || !two.load(prior.P.data())) return Status::invalid_covariance;
+    two.load_state(prior.x.data(), nullptr);
+    if constexpr (moves) return predict_in_two(rule, model, prior.x, at, two);
+    return Status::ok;
+  };
+  report.status = begin();
+  if (report.status != Status::ok) return prior;
+  if constexpr (p > 0) {
+    RowsFound<Scalar, p> rows;
+    report.gate = Verdict::off;
+    correct_in_two(rule, sample, at_y, two, report, rows);
+    if (report.status == Status::ok && report.gate == Verdict::rejected) report.status = begin();
+    if (report.status != Status::ok) return prior;
+  }
+  constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
+  const Scalar now = two.magnification_of_now(), spread = now * now;
+  report.rounding = epsilon * spread;
+  if (!two.finite() || !(report.rounding <= worst_error<Scalar> / Scalar(8)) ||
+      !(two.magnification() <= plain_error<Scalar> / extended_epsilon<Scalar>))
+    return report.status = Status::covariance_lost, prior;
+  Belief next = prior;
+  for (int i = 0; i < n; ++i) {
+    next.x(i) = in_two<Scalar>(two.x(i)).high;
+    for (int j = 0; j <= i; ++j) next.P(i, j) = next.P(j, i) = in_two<Scalar>(two.P(i, j)).high;
+  }
+  note_spread(next, spread);
+  return next;
+}
+
+/// Why the correction of a prediction x̄, N is not one, in the order in which its inputs came; ok where only
+/// digits are missing.
+template <typename Rule, typename Sample, typename Scalar, int n, typename At>
+[[nodiscard]] Status diagnose_correction(const Rule& rule, const Sample& sample, const Vector<Scalar, n>& x,
+                                         const Matrix<Scalar, n, n>& N, const At& at) {
+  constexpr int p = Sample::measurements;
+  const auto& s = sample.sensor;
+  const Matrix<Scalar, p, p> R = noise_covariance(s, x, at);
+  if (!is_noise_covariance(R))
+    return all_finite(x) ? Status::invalid_noise_covariance : Status::invalid_state;
+  if (!all_finite(sample.y)) return Status::invalid_measurement;
+  if (!all_finite(x)) return Status::invalid_state;
+  if (!all_finite(N)) return Status::invalid_covariance;
+  const Vector<Scalar, p> innovation = measurement_residual(s, sample.y, measurement(s, x, at));
+  const Matrix<Scalar, p, n> slot_d = sensor_slot<Rule::D>(rule, s, x, x, at);
+  const Matrix<Scalar, p, n> slot_e = sensor_slot<Rule::E>(rule, s, x, x, at);
+  if (!all_finite(innovation) || !all_finite(slot_d) || !all_finite(slot_e)) return Status::sensor_not_finite;
+  if (!sample.gate.valid()) return Status::invalid_option;
+  return Status::ok;
+}
+
+/// The same step of a nonsymmetric rule in twice the digits, from a prediction x̄, N, or from `prior` over
+/// `at`.
+template <bool moves, typename Rule, typename Model, typename Belief, typename At, typename Sample,
+          typename AtY, typename Report>
+[[nodiscard]] JML_NOINLINE Belief general_in_two(const Rule& rule, const Model& model, const Belief& prior,
+                                                 const At& at, const Sample& sample, const AtY& at_y,
+                                                 Report& report) {
+  using Scalar = typename Belief::Scalar;
+  constexpr int n = Belief::states, p = Sample::measurements;
+  GeneralMemory<Scalar, n, p> memory;
+  GeneralStep<Scalar> two(memory);
+  two.load(prior.P.data());
+  Vector<Scalar, n> x = prior.x;
+  if constexpr (moves) {
+    const auto& d = model.dynamics;
+    x = predicted_state(d, prior.x, at);
+    const Vector<Scalar, n>& point = Rule::evaluated_at == EvaluatedAt::estimate ? prior.x : x;
+    const Matrix<Scalar, n, n> A = dynamics_slot<Rule::A>(rule, d, point, prior.x, at);
+    const Matrix<Scalar, n, n> B = dynamics_slot<Rule::B>(rule, d, point, prior.x, at);
+    Matrix<Scalar, n, n> C = kernel::zeros<Matrix<Scalar, n, n>>();
+    static_cast<void>(model.noise.with(d, prior.x, at, [&C](const auto& noise) { C = noise; }));
+    two.move(A.data(), B.data(), C.data());
+  }
+  const auto& s = sample.sensor;
+  const Matrix<Scalar, p, p> R = noise_covariance(s, x, at_y);
+  const Matrix<Scalar, p, n> slot_d = sensor_slot<Rule::D>(rule, s, x, x, at_y);
+  const Matrix<Scalar, p, n> slot_e = sensor_slot<Rule::E>(rule, s, x, x, at_y);
+  report.innovation = measurement_residual(s, sample.y, measurement(s, x, at_y));
+  report.redone = true;
+  const auto answer = [&](Status status) {
+    report.status = status;
+    return prior;
+  };
+  if (!two.correct(slot_d.data(), slot_e.data(), R.data(), x.data(), report.innovation.data()))
+    return answer(Status::singular_innovation);
+  Belief next = prior;
+  Matrix<Scalar, n, n> N;
+  for (int i = 0; i < n; ++i) {
+    next.x(i) = two.x(i);
+    for (int j = 0; j < n; ++j) {
+      next.P(i, j) = two.P(i, j);
+      N(i, j) = two.N(i, j);
+    }
+    for (int l = 0; l < p; ++l) report.gain(i, l) = two.K(i, l);
+  }
+  report.innovation_matrix = R + slot_e * N * kernel::transposed(slot_d);  // S = R + E N Dᵀ
+  if (!judge(sample.gate, report)) return answer(Status::innovation_indefinite);
+  if (report.gate == Verdict::rejected) {
+    next.x = x;
+    next.P = N;
+  }
+  report.rounding = extended_epsilon<Scalar> * largest_loss(N, next.P);
+  const bool held = report.rounding <= worst_error<Scalar>;
+  if (!held || !all_finite(next.P) || !all_finite(next.x)) return answer(Status::covariance_lost);
+  report.status = Status::ok;
+  return next;
+}
+
+/// After a step that failed (where `moves`; else a correction): says why in the report, or, where only digits
+/// were missing, answers the step done in twice as many.
+template <bool moves, typename Rule, typename Model, typename Belief, typename At, typename Sample,
+          typename AtY, typename Report>
+[[nodiscard]] JML_NOINLINE Belief again(const Rule& rule, const Model& model, const Belief& prior,
+                                        const At& at, const Sample& sample, const AtY& at_y, Report& report) {
+  using Scalar = typename Belief::Scalar;
+  Vector<Scalar, Belief::states> x = prior.x;
+  Matrix<Scalar, Belief::states, Belief::states> N = prior.P;
+  report.status = Status::ok;
+  if constexpr (moves) report.status = predict_into(rule, model.dynamics, model.noise, prior, at, x, N);
+  if (report.status == Status::ok) report.status = diagnose_correction(rule, sample, x, N, at_y);
+  if constexpr (moves) {
+    if (report.status == Status::invalid_covariance || report.status == Status::invalid_state)
+      report.status = diagnose_prediction(rule, model, prior, x, N, at);
+  }
+  if constexpr (Rule::symmetric) {
+    if (report.status == Status::ok || report.status == Status::covariance_lost)
+      return plain_in_two<moves>(rule, model, prior, at, sample, at_y, report);
+  } else {
+    if (report.status == Status::ok)
+      return general_in_two<moves>(rule, model, prior, at, sample, at_y, report);
+  }
+  return prior;
+}
+
+}  // namespace jml::detail

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// A way out of a refusal that keeps x: P made larger, or the variance of one state given anew.
+#pragma once
+
+#include <jml/filter/factored.hpp>
+
+namespace jml::detail {
+
+/// P ← J P J + Σ v_i e_i e_iᵀ, J a diagonal of ones and, for states whose covariances are dropped, zeros.
+template <typename Scalar, int n>
+struct Loosening {
+  Vector<Scalar, n> kept = kernel::filled<Vector<Scalar, n>>(Scalar(1));
+  Vector<Scalar, n> added = kernel::zeros<Vector<Scalar, n>>();
+
+  [[nodiscard]] bool valid(bool infinite_too) const {
+    bool good = true;
+    for (int i = 0; i < n; ++i)
+      good = good && added(i) >= Scalar(0) && (infinite_too || !std::isinf(added(i)));
+    return good;
+  }
+};
+
+template <typename Belief, typename Scalar, int n>
+  requires std::is_base_of_v<Estimate<Scalar, n>, Belief>
+[[nodiscard]] Status loosen(Belief& belief, const Loosening<Scalar, n>& by, double) {
+  if (!by.valid(false)) return Status::invalid_option;
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) belief.P(i, j) *= by.kept(i) * by.kept(j);
+    belief.P(i, i) += by.added(i);
+  }
+  note_spread(belief, Scalar(0));
+  return Status::ok;
+}
+
+template <typename Scalar, int n>
+[[nodiscard]] Status loosen(FactoredBelief<Scalar, n>& belief, const Loosening<Scalar, n>& by, double) {
+  if (!by.valid(true)) return Status::invalid_option;
+  Matrix<Scalar, n, n> J = kernel::zeros<Matrix<Scalar, n, n>>(), Q = J;
+  const Matrix<Scalar, n, n> I = kernel::identity<Matrix<Scalar, n, n>>();
+  for (int i = 0; i < n; ++i) {
+    J(i, i) = by.kept(i);
+    Q(i, i) = by.added(i);
+  }
+  ExtendedMemory<Scalar, n, n, 0> memory;
+  ExtendedStep<Scalar> two(memory);
+  two.load(belief.U.data(), belief.D.data(), belief.extended ? belief.U_low.data() : nullptr,
+           belief.extended ? belief.D_low.data() : nullptr);
+  two.load_state(belief.x.data(), belief.extended ? belief.x_low.data() : nullptr);
+  if (!two.move(J.data(), I.data(), Q.data(), nullptr)) return Status::invalid_option;
+  FactoredBelief<Scalar, n> next;
+  const Status status = store_extended(two, next);
+  if (status == Status::ok) commit(belief, next);
+  return status;
+}
+
+/// A belief with a window begins anew at its present.
+template <typename Belief, typename Scalar, int n>
+  requires requires(Belief& belief, const Estimate<Scalar, n>& estimate) { belief.reset(estimate, 0.0); }
+[[nodiscard]] Status loosen(Belief& belief, const Loosening<Scalar, n>& by, double time) {
+  WatchedEstimate<Scalar, n> present;
+  present.x = belief.x();
+  present.P = belief.P();
+  if (!all_finite(present.P)) return Status::covariance_lost;
+  const Status status = loosen(present, by, time);
+  return status == Status::ok ? belief.reset(present, time) : status;
+}
+
+}  // namespace jml::detail

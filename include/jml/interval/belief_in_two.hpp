@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What the linearised filter of an interval does with its factors in twice the digits, and what of them a
+/// dense matrix can hold.
+#pragma once
+
+#include <jml/filter/factored.hpp>
+#include <jml/interval/record_rows.hpp>
+
+namespace jml::detail {
+
+/// A P Aᵀ + B Bᵀ in twice the digits, and x. False where even these do not suffice.
+template <typename Scalar, int n, int q>
+JML_NOINLINE bool move_in_two(const Matrix<Scalar, n, n>& A, const Matrix<Scalar, n, q>& B,
+                              const Vector<Scalar, n>& x, FactoredBelief<Scalar, n>& belief) {
+  ExtendedMemory<Scalar, n, q, 0> memory;
+  ExtendedStep<Scalar> two(memory);
+  two.load(belief.U.data(), belief.D.data(), belief.extended ? belief.U_low.data() : nullptr,
+           belief.extended ? belief.D_low.data() : nullptr);
+  two.load_state(belief.x.data(), belief.extended ? belief.x_low.data() : nullptr);
+  const Matrix<Scalar, q, q> unit = kernel::identity<Matrix<Scalar, q, q>>();
+  return two.move(A.data(), B.data(), unit.data(), x.data()) && store_extended(two, belief) == Status::ok;
+}
+
+/// Independent rows into a belief in twice the digits; `off` = x - x̃. False where even these do not suffice.
+template <typename Scalar, int n, int p>
+JML_NOINLINE bool rows_in_two(const RecordRows<Scalar, n, p>& rows, const Vector<Scalar, n>& nominal,
+                              FactoredBelief<Scalar, n>& belief) {
+  using T = Extended<Scalar>;
+  ExtendedMemory<Scalar, n, 0, p> memory;
+  ExtendedStep<Scalar> two(memory);
+  two.load(belief.U.data(), belief.D.data(), belief.extended ? belief.U_low.data() : nullptr,
+           belief.extended ? belief.D_low.data() : nullptr);
+  two.load_state(belief.x.data(), belief.extended ? belief.x_low.data() : nullptr);
+  Matrix<Scalar, p, n> H = kernel::transposed(rows.H);
+  Matrix<Scalar, p, p> R = kernel::identity<Matrix<Scalar, p, p>>();
+  Vector<Scalar, p> e = kernel::zeros<Vector<Scalar, p>>(), sizes = e;
+  for (int i = 0; i < p; ++i) {
+    if (!(rows.r(i) <= std::numeric_limits<Scalar>::max())) {  // it says nothing
+      for (int j = 0; j < n; ++j) H(i, j) = Scalar(0);
+      continue;
+    }
+    R(i, i) = rows.r(i);
+    T innovation(rows.e(i));
+    for (int j = 0; j < n; ++j) innovation = innovation - T(H(i, j)) * (T(belief.x(j)) - T(nominal(j)));
+    e(i) = in_two<Scalar>(innovation).high;
+  }
+  if (two.correct(H.data(), R.data(), e.data(), false, sizes.data(), nullptr).status != Status::ok)
+    return false;
+  if (rows.pulls) {  // x + P⁺ pull
+    Vector<Scalar, n> high, low;
+    for (int i = 0; i < n; ++i) {
+      T sum = two.x(i);
+      for (int j = 0; j < n; ++j) sum = sum + two.P(i, j) * T(rows.pull(j));
+      high(i) = in_two<Scalar>(sum).high;
+      low(i) = in_two<Scalar>(sum).low;
+    }
+    two.load_state(high.data(), low.data());
+  }
+  return store_extended(two, belief) == Status::ok;
+}
+
+/// P of a belief as a dense matrix. NaN where that cannot hold it: its correlations are so near to singular
+/// that rounding to Scalar could change P by more than 1e-3 (float: 1 %) in some direction.
+template <typename Scalar, int n>
+[[nodiscard]] JML_NOINLINE Matrix<Scalar, n, n> dense_covariance(const FactoredBelief<Scalar, n>& belief) {
+  constexpr Scalar most =
+      (std::is_same_v<Scalar, float> ? Scalar(2e-2) : Scalar(2e-3)) / std::numeric_limits<Scalar>::epsilon();
+  Scalar sums[n];
+  bool held = true;
+  for (int i = n - 1; i >= 0; --i) {
+    sums[i] = std::isinf(belief.D(i)) ? Scalar(0) : std::sqrt(belief.variances(i));
+    if (std::isinf(sums[i])) sums[i] = Scalar(0);
+    for (int k = i + 1; k < n; ++k) sums[i] += std::abs(belief.U(i, k)) * sums[k];
+    if (belief.D(i) > Scalar(0)) held = held && sums[i] * sums[i] <= most * belief.D(i);
+  }
+  return held ? belief.P() : kernel::filled<Matrix<Scalar, n, n>>(std::numeric_limits<Scalar>::quiet_NaN());
+}
+
+/// `belief` given later data too: rows of InformationInTwo::store(), innovations at the belief's x (null:
+/// none, and x stays). False where the digits do not suffice.
+template <typename Scalar, int n>
+[[nodiscard]] JML_NOINLINE bool condition_in_two(const Matrix<Scalar, n, n>& later,
+                                                 const Vector<Scalar, n>* innovations,
+                                                 FactoredBelief<Scalar, n>& belief) {
+  RecordRows<Scalar, n, n> rows;
+  for (int k = 0; k < n; ++k) {
+    for (int i = 0; i < n; ++i) rows.H(i, k) = i < k ? later(i, k) : Scalar(i == k);
+    rows.r(k) = Scalar(1) / later(k, k);
+    rows.e(k) = innovations != nullptr ? (*innovations)(k) : Scalar(0);
+  }
+  return rows_in_two(rows, belief.x, belief);
+}
+
+}  // namespace jml::detail

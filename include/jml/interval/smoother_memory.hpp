@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The memory of a smoother and its way back, see interval/smoother.hpp.
+#pragma once
+
+#include <jml/filter/one_pass.hpp>
+#include <jml/interval/smoother_record.hpp>
+#include <vector>
+
+namespace jml::detail {
+
+/// U, D of an estimate in twice the digits. False where P is indefinite.
+template <typename Scalar, int n>
+[[nodiscard]] bool factors_of(const Estimate<Scalar, n>& estimate, FactoredBelief<Scalar, n>& out) {
+  ExtendedMemory<Scalar, n, 0, 0> memory;
+  ExtendedStep<Scalar> two(memory);
+  if (!two.load(estimate.P.data())) return false;
+  two.load_state(estimate.x.data(), nullptr);
+  return store_extended(two, out) == Status::ok;
+}
+template <typename Scalar, int n>
+[[nodiscard]] bool factors_of(const FactoredBelief<Scalar, n>& belief, FactoredBelief<Scalar, n>& out) {
+  commit(out, belief);
+  return true;
+}
+
+/// The forward pass's filter and its records. M: the method of the forward pass.
+template <typename Scalar_, typename D, typename M>
+class SmootherMemory {
+ public:
+  using Scalar = Scalar_;
+  static constexpr int n = states_of<D>;
+  static constexpr bool factored = requires { M::rule; };
+  using Record = SmootherRecord<Scalar, D>;
+  using Filtered = BeliefOf<M, D, Scalar>;
+  struct Node {
+    Record record;
+    Filtered filtered{};
+    Estimate<Scalar, n> smoothed;
+    [[no_unique_address]] std::conditional_t<factored, FactoredBelief<Scalar, n>, Nothing> factors{};
+    double time = 0;
+  };
+
+  explicit SmootherMemory(D dynamics) : model(std::move(dynamics)) {}
+
+  jml::ModelOf<M, D, Scalar> model;
+  std::vector<Node> nodes;
+  int last = 0;
+  typename Record::Root root;  // where it is constant
+
+  [[nodiscard]] const D& dynamics() const { return model.dynamics; }
+  [[nodiscard]] const Vector<Scalar, n>& x() const { return filtered().x; }
+  [[nodiscard]] decltype(auto) P() const {
+    if constexpr (factored)
+      return filtered().P();
+    else
+      return (filtered().P);
+  }
+  [[nodiscard]] Node& node(int k) { return nodes[static_cast<std::size_t>(k)]; }
+  [[nodiscard]] const Node& node(int k) const { return nodes[static_cast<std::size_t>(k)]; }
+  [[nodiscard]] const Filtered& filtered() const { return node(last).filtered; }
+  [[nodiscard]] bool full() const { return nodes.size() == static_cast<std::size_t>(last) + 1; }
+
+  /// Node k is where the filter stands.
+  void keep(int k, const Record& record, const Filtered& estimate, double time) {
+    Node& to = node(k);
+    to.record = record;
+    to.filtered = estimate;
+    to.time = time;
+    keep_filtered(to);
+    last = k;
+  }
+  /// B of a step from the present.
+  template <typename At>
+  [[nodiscard]] bool form(Record& record, const At& at) {
+    if constexpr (!Record::Root::constant) {
+      if (!root.form(model.dynamics, x(), at)) return false;
+    }
+    record.B = root.B;
+    return true;
+  }
+
+  /// covariance_lost: at some nodes P is NaN, as no matrix of Scalar can hold it; where x is no answer
+  /// either, the filter's.
+  [[nodiscard]] Status smooth() {
+    keep_filtered(node(last));
+    if constexpr (!factored) {
+      if (smooth_here()) return Status::ok;
+    }
+    return smooth_in_two();
+  }
+
+ private:
+  void keep_filtered(Node& to) {
+    to.smoothed.x = to.filtered.x;
+    if constexpr (factored) {
+      commit(to.factors, to.filtered);
+      to.smoothed.P = dense_covariance(to.factors);
+    } else {
+      to.smoothed.P = to.filtered.P;
+    }
+  }
+
+  /// In the digits of Scalar; false where they do not suffice. What rounding of Λ changes in any P_s is at
+  /// most the sum of tr(ε diag(Λ) P_s) over the later nodes, see curvature_noise(); and it is multiplied by P
+  /// here.
+  [[nodiscard]] bool smooth_here() {
+    constexpr Scalar most = most_noise<Scalar> / std::numeric_limits<Scalar>::epsilon();
+    CostToGo<Scalar, n> v;
+    Scalar noise = 0;
+    const auto rounding = [](const auto& weights, const auto& P) {
+      Scalar sum = 0;
+      for (int i = 0; i < n; ++i) sum += weights(i) * P(i, i);
+      return Scalar(4) * sum;
+    };
+    for (int k = last; k > 0; --k) {
+      const Record& record = node(k).record;
+      // v is about the filter's estimate here; the record is about its prediction.
+      const Vector<Scalar, n> off = node(k).filtered.x - record.prediction;
+      v.slope = v.slope - v.information * off;
+      Vector<Scalar, n> sizes = kernel::diagonal(v.information), moved = kernel::zeros<Vector<Scalar, n>>();
+      for (int i = 0; i < n; ++i) {
+        for (int j = 0; j < record.rows; ++j) sizes(i) += record.H(i, j) * record.H(i, j) / record.r(j);
+      }
+      noise += rounding(sizes, node(k).smoothed.P);
+      for (int i = 0; i < n; ++i) {
+        for (int j = 0; j < n; ++j) moved(i) += record.transition(j, i) * record.transition(j, i) * sizes(j);
+      }
+      Node& before = node(k - 1);
+      if (!record.pass(v) || !condition(before.filtered.P, v.information, before.smoothed.P)) return false;
+      noise += rounding(moved, before.smoothed.P);
+      before.smoothed.x = before.filtered.x - before.smoothed.P * v.slope;
+      if (!(noise <= most && rounding(v.information.diagonal(), before.filtered.P) <= most)) return false;
+      if (!all_finite(before.smoothed.x)) return false;
+    }
+    return true;
+  }
+
+  JML_NOINLINE Status smooth_in_two() {
+    Status answer = all_finite(node(last).smoothed.P) ? Status::ok : Status::covariance_lost;
+    InformationMemory<Scalar, n, Record::Root::q, n> memory;
+    InformationInTwo<Scalar> information(memory);
+    PassSums<Scalar> sums;
+    const Vector<Scalar, Record::Root::q> none = kernel::zeros<Vector<Scalar, Record::Root::q>>();
+    for (int k = last; k > 0; --k) {
+      const Record& record = node(k).record;
+      const Vector<Scalar, n> off = record.prediction - node(k).filtered.x;
+      information.move_by(off.data());
+      information.add_rows(record.rows, record.H.data(), record.r.data(), record.e.data(), nullptr);
+      information.pass(record.transition.data(), record.B.data(), none.data(), Scalar(0), nullptr, nullptr,
+                       sums);
+      Node& before = node(k - 1);
+      Matrix<Scalar, n, n> later;
+      Vector<Scalar, n> innovations;
+      information.store(later.data());
+      information.innovations(innovations.data());
+      FactoredBelief<Scalar, n> belief;
+      if (!factors_of(before.filtered, belief) || !condition_in_two(later, &innovations, belief)) {
+        keep_filtered(before);
+        answer = Status::covariance_lost;
+        continue;
+      }
+      before.smoothed.x = belief.x;
+      before.smoothed.P = dense_covariance(belief);
+      if constexpr (factored) commit(before.factors, belief);
+      if (before.smoothed.P(0, 0) != before.smoothed.P(0, 0)) answer = Status::covariance_lost;
+    }
+    return answer;
+  }
+};
+
+}  // namespace jml::detail

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The iterated rules by name, and what their steps report.
+#pragma once
+
+#include <jml/filter/report.hpp>
+#include <jml/iterated/joint_solve.hpp>
+#include <jml/riccati/gain_rule.hpp>
+#include <jml/solve/levenberg_marquardt.hpp>
+
+namespace jml {
+
+/// A rule whose step is implicit. Inner: the one-pass rule that supplies the slots; Fallback: the
+/// least-squares solver below.
+template <typename Inner_, typename Fallback_ = LevenbergMarquardt>
+struct Iterated {
+  using Inner = Inner_;
+  using Fallback = Fallback_;
+  static constexpr bool symmetric = Inner::symmetric;
+  [[no_unique_address]] Inner inner{};
+  IterationOptions options{};
+  [[no_unique_address]] Fallback fallback{};
+};
+
+/// The exact recursive-iterative JML estimator, eq. (9).
+template <typename Reference = AboutOrigin, typename Fallback = LevenbergMarquardt>
+struct IteratedJml : Iterated<Jml<Reference>, Fallback> {
+  IteratedJml()
+    requires(std::is_empty_v<Reference>)
+  = default;
+  explicit IteratedJml(const IterationOptions& iteration)
+    requires(std::is_empty_v<Reference>)
+      : Iterated<Jml<Reference>, Fallback>{{}, iteration, {}} {}
+  explicit IteratedJml(const Reference& reference, const IterationOptions& iteration = {},
+                       const Fallback& solver = {})
+      : Iterated<Jml<Reference>, Fallback>{Jml<Reference>(reference), iteration, solver} {}
+};
+IteratedJml(const IterationOptions&) -> IteratedJml<>;
+
+/// The measurement-iterated EKF: predict once, then iterate the correction alone. The paper's comparison.
+struct Iekf : Iterated<Ekf<>> {
+  Iekf() = default;
+  explicit Iekf(const IterationOptions& iteration) : Iterated<Ekf<>>{{}, iteration, {}} {}
+  static constexpr bool measurement_only = true;
+};
+
+template <typename Rule>
+concept IteratedRule = requires {
+  typename Rule::Inner;
+  typename Rule::Fallback;
+};
+
+/// How the root of an exact step was found.
+template <typename Scalar, int n>
+struct RootReport {
+  Solver solver = Solver::none;
+  int iterations = 0;  ///< sweeps or steps of all solvers together
+  /// Of the two ground-truth lines over the state scale; accepted_at_limit: before the last sweep. Of a step
+  /// that was redone: its last movement, in standard deviations.
+  Scalar residual = 0;
+  Scalar cost = 0;  ///< one-step criterion (11) at the root; may be negative where sym(P) is indefinite
+  /// x_{i/i+1}: the previous state, seen from here; of a correction alone x itself.
+  Vector<Scalar, n> smoothed = kernel::zeros<Vector<Scalar, n>>();
+};
+
+/// What an exact step reports.
+template <typename Scalar, int n, int p>
+struct IteratedReport : StepReport<Scalar, n, p>, RootReport<Scalar, n> {};
+
+}  // namespace jml

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// What rounding may have made of a covariance in its worst direction, at the price of n³/6 products.
+///
+/// P⁺ = N - K S Kᵀ is right to some ε of the terms that were subtracted, N_ii; a direction in which P⁺ is as
+/// small as that has no digit left, whatever its diagonal says. The pivots of P⁺ = L D Lᵀ are the variances
+/// of each state given those before it; what pivot i came from, N_ii and through L_ik all that those before
+/// it came from, over D_i is what rounding has grown by. Negative eigenvalues alone miss two thirds of the
+/// lost ones, variances alone all but a few.
+#pragma once
+
+#include <jml/strips.hpp>
+
+namespace jml::detail {
+
+/// Of the Cholesky pivots of a covariance.
+template <typename Scalar>
+struct Pivots {
+  bool positive = false;  ///< every pivot is, and all are finite
+  Scalar loss = 0;        ///< largest N_ii over the pivot of P
+  Scalar spread = 0;      ///< largest P_ii over its pivot: 1 for uncorrelated states
+};
+
+/// P (lower triangle read) against the diagonal of N, what it came from.
+template <typename Scalar, int n>
+[[nodiscard]] JML_INLINE inline Pivots<Scalar> pivots_of(const Matrix<Scalar, n, n>& P,
+                                                         const Matrix<Scalar, n, n>& N) {
+  [[maybe_unused]] constexpr Scalar most = std::numeric_limits<Scalar>::max();
+  Pivots<Scalar> out;
+  if constexpr (n == 1) {
+    out.positive = P(0, 0) > Scalar(0) && P(0, 0) <= most;
+    out.loss = N(0, 0) / P(0, 0);
+    out.spread = Scalar(1);
+  } else if constexpr (n == 2) {
+    const Scalar a = P(0, 0), c = P(1, 1), b = P(1, 0), first = Scalar(1) / a;
+    const Scalar explained = b * (b * first), second = c - explained, inverse = Scalar(1) / second;
+    const Scalar loss = N(0, 0) * first;  // enters the second pivot through b too
+    out.positive = a > Scalar(0) && second > Scalar(0);
+    out.loss = loss + (N(1, 1) + explained * loss) * inverse;  // no number where one is infinite
+    out.spread = c * inverse;
+  } else {
+    Matrix<Scalar, n, n> L, scaled;  // L D, and L
+    Scalar sum = 0, lowest = most;
+    Vector<Scalar, n> from = kernel::diagonal(N);  // what pivot j came from: N_jj + Σ L_jk² from_k
+    const auto column = [&](int j) JML_INLINE {
+      const Scalar pivot = L(j, j), inverse = Scalar(1) / pivot;
+      const Scalar loss = from(j) * inverse, spread = P(j, j) * inverse;
+      lowest = pivot < lowest ? pivot : lowest;
+      out.loss = loss > out.loss ? loss : out.loss;
+      out.spread = spread > out.spread ? spread : out.spread;
+      sum += P(j, j);
+      return inverse;
+    };
+    if constexpr (n <= 8) {  // written out, in packets of the whole column
+      kernel::Column<Scalar, n> entries[n], one, other, two;
+      kernel::repeat<n, 8>([&](int j) JML_INLINE {
+        one.load(&P(0, j));
+        kernel::repeat<n, 8>([&](int k) JML_INLINE {
+          if (k < j) one.subtract(entries[k], scaled(j, k));
+        });
+        one.store(&L(0, j));
+        entries[j] = one;
+        one.scale(column(j));
+        one.store(&scaled(0, j));
+        const Scalar size = from(j);
+        two.load(from.data());
+        other = one;
+        other.multiply(one);
+        two.add(other, size);
+        two.store(from.data());
+      });
+    } else {
+      for (int j = 0; j < n; ++j) {
+        kernel::Strip<Scalar, n>::each_from(j, [&](int i, auto entry) JML_INLINE {
+          auto before = entry;
+          entry.load(&P(i, j));
+          JML_TWICE for (int k = 0; k < j; ++k) {
+            before.load(&L(i, k));
+            entry.subtract(before, scaled(j, k));
+          }
+          entry.store(&L(i, j));
+        });
+        const Scalar inverse = column(j), size = from(j);
+        kernel::Strip<Scalar, n>::each_from(j, [&](int i, auto entry) JML_INLINE {
+          entry.load(&L(i, j));
+          entry.scale(inverse);
+          entry.store(&scaled(i, j));
+          auto square = entry, sizes = entry;
+          square.multiply(entry);
+          sizes.load(&from(i));
+          sizes.add(square, size);
+          sizes.store(&from(i));
+        });
+      }
+    }
+    out.positive = lowest > Scalar(0) && sum <= most;
+  }
+  return out;
+}
+
+/// The same where a variance may be zero: then it counts for nothing, if N_ii was zero too.
+template <typename Scalar, int n>
+[[nodiscard]] JML_NOINLINE Pivots<Scalar> pivots_with_zeros(const Matrix<Scalar, n, n>& P,
+                                                            const Matrix<Scalar, n, n>& N) {
+  Matrix<Scalar, n, n> kept = P, from = N;
+  for (int i = 0; i < n; ++i) {
+    bool zero = N(i, i) == Scalar(0);
+    for (int j = 0; j < n; ++j) zero = zero && (i > j ? P(i, j) : P(j, i)) == Scalar(0);
+    if (zero) kept(i, i) = from(i, i) = Scalar(1);
+  }
+  return pivots_of(kept, from);
+}
+
+/// The most that rounding may make of P in a step of the plain form, in its worst direction: ε^(3/8).
+template <typename Scalar>
+inline constexpr Scalar plain_error = std::is_same_v<Scalar, float> ? Scalar(2.5e-3) : Scalar(1.3e-6);
+/// Of an innovation y - H x: how much larger its terms may be than √S, squared, for ε of them not to matter.
+template <typename Scalar>
+inline constexpr Scalar finest_innovation = std::is_same_v<Scalar, float> ? Scalar(1e8) : Scalar(1e17);
+/// The same as plain_error of a nonsymmetric rule, of the entries of its P.
+template <typename Scalar>
+inline constexpr Scalar worst_error = std::is_same_v<Scalar, float> ? Scalar(0.1) : Scalar(1e-3);
+
+}  // namespace jml::detail

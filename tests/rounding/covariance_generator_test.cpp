@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The generator, at the suite's size, on the filters: no usable status over a wrong covariance or state, and no form
+// that is right because it refuses. The long run, with the estimators of an interval, is covariance_generator.cpp.
+#include <gtest/gtest.h>
+
+#include "rounding/tally.hpp"
+
+namespace {
+
+using namespace rounding;
+
+const Tally& tally() {
+  static const Tally all = [] {
+    Tally sum;
+    for (std::uint64_t number = 0; number < 4000; ++number) fly_problem<false>(1, number, {true, true, false}, sum);
+    return sum;
+  }();
+  return all;
+}
+
+TEST(CovarianceGenerator, PlainFormIsRightWhereItAnswers) {
+  tally().print(Form::plain, false);
+  tally().print_wrong(Form::plain, false);
+  const auto all = tally().total(Form::plain, false);
+  EXPECT_GT(all.problems, 1000);
+  EXPECT_EQ(all.wrong_P, 0);
+  EXPECT_EQ(all.wrong_x, 0);
+}
+
+// Of the problems that the textbook's recursion gets right, it may give up a quarter.
+TEST(CovarianceGenerator, PlainFormAnswers) {
+  const auto all = tally().total(Form::plain, false);
+  EXPECT_GT(all.textbook, 500);
+  EXPECT_LE(4 * all.lost, all.textbook);
+}
+
+TEST(CovarianceGenerator, FactoredFormIsRightAndAnswers) {
+  if (!JML_TEST_FACTORED) GTEST_SKIP();
+  tally().print(Form::factored, false);
+  tally().print_wrong(Form::factored, false);
+  const auto all = tally().total(Form::factored, false);
+  EXPECT_GT(all.problems, 2000);
+  EXPECT_EQ(all.wrong_P, 0);
+  EXPECT_EQ(all.wrong_x, 0);
+  EXPECT_EQ(tally().total(Form::factored, false, 1e20).refused, 0);
+}
+
+// By the same rules in float: printed, to be seen.
+TEST(CovarianceGenerator, Float) {
+  for (const Form form : {Form::plain, Form::factored}) tally().print(form, true);
+}
+
+// A number is a problem: the same each time, and other numbers are others.
+TEST(CovarianceGenerator, ProblemsAreReproducible) {
+  const Problem a = make_problem(1, 7, 3, 2, false), b = make_problem(1, 7, 3, 2, false), c = make_problem(1, 8, 3, 2, false);
+  EXPECT_EQ(a.F, b.F);
+  EXPECT_EQ(a.events[3].y, b.events[3].y);
+  EXPECT_NE(a.events[3].y, c.events[3].y);
+}
+
+}  // namespace
