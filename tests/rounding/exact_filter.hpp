@@ -361,12 +361,15 @@ inline double spectral_norm(std::array<std::array<double, most_states>, most_sta
   return most;
 }
 
-/// The least e with |vᵀ (given - P) v| ≤ e vᵀ C Cᵀ v for all v: `given` symmetric, `root` of P or of the wider
-/// matrix that it is compared in. NaN counts as infinite.
+/// The least e with |vᵀ (given - P) v| ≤ e vᵀ C Cᵀ v for all v, C Cᵀ being P or the wider matrix that it is compared
+/// in. Infinite where `given` is not symmetric to the last bit, or holds a NaN.
 inline double covariance_error(const QuadMatrix& given, const QuadMatrix& P, const Moments& wide) {
   const Triangle root(wide);
   const int n = wide.n, m = root.m;
   for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < i; ++j) {
+      if (!(given[i][j] == given[j][i])) return infinite;
+    }
     if (!wide.known(i)) continue;
     for (int j = 0; j < n; ++j) {
       if (!(given[i][j] - P[i][j] == 0)) return infinite;

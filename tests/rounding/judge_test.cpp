@@ -57,7 +57,7 @@ class WholeFlight {
     }
     for (int i = 0; i < n_; ++i) {
       for (int j = 0; j < n_; ++j) {
-        for (std::size_t k = 0; k < size_; ++k)
+        for (std::size_t k = 0; k < size_; ++k)  // the same sum for (i, j) and (j, i)
           out.P[i][j] += root[static_cast<std::size_t>(i) * size_ + k] * root[static_cast<std::size_t>(j) * size_ + k];
       }
     }
@@ -181,6 +181,9 @@ TEST(Judge, MeasuresAnErrorInEveryDirection) {
     for (auto& row : all) {
       for (auto& entry : row) entry *= 1 + Quad(e);
     }
+    QuadMatrix skew = P;
+    skew[0][2] *= 1 + Quad(e);
+    EXPECT_EQ(covariance_error(skew, P, exact), infinite);
     least[2][2] += e * Quad(1e-10) * Quad(1e-10);  // nothing beside P_22, but all that is left given the others
     EXPECT_NEAR(covariance_error(all, P, exact) / e, 1, 1e-4);
     EXPECT_NEAR(covariance_error(least, P, exact) / e, 1, 1e-4);

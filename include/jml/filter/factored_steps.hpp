@@ -226,8 +226,10 @@ inline constexpr Scalar worst_magnification_in_two =
     worst_magnification<Scalar> * std::numeric_limits<Scalar>::epsilon() / extended_epsilon<Scalar>;
 
 /// x, U, D from `two` into `next`; the low parts where they hold digits that will be asked for.
+/// An infinite variance that was none before is an overflow.
 template <typename Scalar, int n>
-[[nodiscard]] Status store_extended(const ExtendedStep<Scalar>& two, FactoredBelief<Scalar, n>& next) {
+[[nodiscard]] Status store_extended(const ExtendedStep<Scalar>& two, FactoredBelief<Scalar, n>& next,
+                                    bool infinite_before = true) {
   if (!two.finite() || !(two.magnification() <= worst_magnification_in_two<Scalar>))
     return Status::covariance_lost;
   bool unknown = false;
@@ -243,6 +245,7 @@ template <typename Scalar, int n>
       next.U_low(i, j) = u.low;
       unknown = unknown || (j > i && u.high != Scalar(0) && d.high == Scalar(0));  // an exact combination
     }
+    if (std::isinf(d.high) && !infinite_before) return Status::covariance_lost;
     unknown = unknown || std::isinf(d.high);
   }
   next.extended = unknown || two.magnification_of_now() > worst_magnification<Scalar> / Scalar(64);
@@ -276,7 +279,9 @@ JML_NOINLINE void factored_in_two(const Rule& rule, const Model& model,
     if (report.status == Status::ok && report.gate == Verdict::rejected) report.status = begin();
     if (report.status != Status::ok) return;
   }
-  report.status = store_extended(two, next);
+  bool infinite = false;
+  for (int i = 0; i < n; ++i) infinite = infinite || std::isinf(prior.D(i));
+  report.status = store_extended(two, next, infinite);
 }
 
 }  // namespace detail

@@ -43,7 +43,8 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
   ExtendedStep<Scalar> two(memory);
   report.redone = true;
   const auto begin = [&]() -> Status {
-    if (!all_finite(prior.P) || !two.load(prior.P.data())) return Status::invalid_covariance;
+    if (!all_finite(prior.P)) return Status::invalid_covariance;
+    if (!two.load(prior.P.data())) return Status::covariance_lost;  // indefinite already
     two.load_state(prior.x.data(), nullptr);
     if constexpr (moves) return predict_in_two(rule, model, prior.x, at, two);
     return Status::ok;
@@ -68,6 +69,7 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
     next.x(i) = in_two<Scalar>(two.x(i)).high;
     for (int j = 0; j <= i; ++j) next.P(i, j) = next.P(j, i) = in_two<Scalar>(two.P(i, j)).high;
   }
+  if (!all_finite(next.P)) return report.status = Status::covariance_lost, prior;  // an overflow
   note_spread(next, spread);
   return next;
 }
