@@ -121,7 +121,7 @@ struct ExtendedUd {
         sum = sum + d[k] * W[j + k * n] * W[j + k * n];
       }
       const Scalar zero = small * size[j];
-      D[j] = upper(sum) > zero * zero ? sum : T(0);
+      D[j] = upper(sum) <= zero * zero ? T(0) : sum;  // what is no number stays none
       if (upper(D[j]) == Scalar(0)) continue;
       for (int i = 0; i < j; ++i) {
         T dot(0);
