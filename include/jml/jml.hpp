@@ -14,6 +14,7 @@
 #include <jml/bounded/coloured_input.hpp>
 #include <jml/continuous/algebraic.hpp>
 #include <jml/continuous/continuous.hpp>
+#include <jml/continuous/factored_continuous.hpp>
 #include <jml/filter/check_method.hpp>
 #include <jml/filter/factored.hpp>
 #include <jml/filter/filter.hpp>

@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 #include <jml/continuous/continuous.hpp>
+#include <jml/continuous/factored_continuous.hpp>
 #include <jml/riccati/davison_maki.hpp>
 
 #include "models/continuous.hpp"
@@ -44,12 +45,12 @@ struct PositionSample {
 };
 
 // The discrete Kalman filter with Φ = [1 h; 0 1] and the integrated noise q [h³/3 h²/2; h²/2 h], by hand.
-template <typename Rule, typename Integrator>
-void expect_kalman(const Rule& rule, const Integrator& integrator) {
+template <typename Method>
+void expect_kalman(const Method& method) {
   X x(1, -0.5);
   Square P;
   P << 0.5, 0.1, 0.1, 0.8;
-  jml::Filter filter{jml::Continuous{rule, integrator}, DoubleIntegrator{}, jml::Estimate{x, P}};
+  jml::Filter filter{method, DoubleIntegrator{}, jml::Estimate{x, P}};
   const double lengths[] = {0.1, 0.4, 0.02, 1.0};
   for (int k = 0; k < 40; ++k) {
     const double h = lengths[k % 4], y = std::sin(0.3 * k);
@@ -71,10 +72,11 @@ void expect_kalman(const Rule& rule, const Integrator& integrator) {
   }
 }
 TEST(Samples, LinearCaseIsTheKalmanFilter) {
-  expect_kalman(jml::Kalman{}, DavisonMaki{});
-  expect_kalman(jml::Ekf{}, DavisonMaki{});
-  expect_kalman(jml::Rnls{}, DavisonMaki{});
-  expect_kalman(jml::Kalman{}, RungeKutta4{});  // polynomials of degree 3: exact, too
+  expect_kalman(jml::Continuous{jml::Kalman{}, DavisonMaki{}});
+  expect_kalman(jml::Continuous{jml::Ekf{}, DavisonMaki{}});
+  expect_kalman(jml::Continuous{jml::Rnls{}, DavisonMaki{}});
+  expect_kalman(jml::Continuous{jml::Kalman{}, RungeKutta4{}});  // polynomials of degree 3: exact, too
+  expect_kalman(jml::Factored{jml::Continuous{jml::Kalman{}}});
 }
 
 TEST(Samples, StepIsPredictThenUpdate) {
@@ -152,7 +154,8 @@ struct Angle {
 TEST(Signals, LineAcrossPiTakesTheShortWay) {
   const double pi = 3.141592653589793, a = pi - 0.05, b = 2.0, dt = 0.05;
   const auto expect = [&](const auto& integrator, double tolerance) {
-    jml::Filter filter{jml::Continuous{jml::Ekf{}, integrator}, Resting{}, jml::Estimate{jml::Vector<double, 1>(a), jml::Matrix<double, 1, 1>(0.2)}};
+    jml::Filter filter{jml::Continuous{jml::Ekf{}, integrator}, Resting{},
+                       jml::Estimate{jml::Vector<double, 1>(a), jml::Matrix<double, 1, 1>(0.2)}};
     const auto report = filter.step(Angle{}, jml::Line{a, a + b * dt - 2 * pi}, dt);
     ASSERT_EQ(report.status, Status::ok);
     EXPECT_NEAR(filter.x()(0), a + b * dt - b * (1 - std::exp(-20 * dt)) / 20, tolerance);
@@ -165,7 +168,8 @@ TEST(Signals, LineAcrossPiTakesTheShortWay) {
 // A line is the function of time that it draws, and the report is that of the start.
 TEST(Signals, LineIsAFunction) {
   const jml::Estimate start{X(1, 0.5), Square(0.001 * Square::Identity())};
-  jml::Filter line{jml::Continuous{jml::Rnls{}, RungeKutta4{10}}, models::Oscillator{}, start, 2.0}, function = line;
+  jml::Filter line{jml::Continuous{jml::Rnls{}, RungeKutta4{10}}, models::Oscillator{}, start, 2.0},
+      function = line;
   const auto report = line.step(models::SaturatingSignal{}, jml::Line{0.6, 0.62}, 0.01);
   ASSERT_EQ(report.status, Status::ok);
   ASSERT_EQ(function
@@ -178,6 +182,48 @@ TEST(Signals, LineIsAFunction) {
   EXPECT_NEAR(report.innovation(0), 0.6 - 1 / std::sqrt(2), 1e-15);
   EXPECT_NEAR(report.gain(0), 0.001 * std::pow(2, -1.5) / 1e-5, 1e-11);
   EXPECT_EQ(report.steps, 10);
+}
+
+// Two positions of a double integrator make a line: P of it by hand, of a P_0 that is infinite or as good as
+// that.
+TEST(Samples, ADiffuseStartIsResolved) {
+  constexpr double h = 0.5, r = 0.09, q = 0.7, y0 = 3, y1 = 4;
+  for (const double unknown : {std::numeric_limits<double>::infinity(), 1e20}) {
+    const jml::Estimate start{
+        X(0, 0), Square(unknown == 1e20 ? Square(1e20 * Square::Identity())
+                                        : Square(Eigen::Vector2d(unknown, unknown).asDiagonal()))};
+    jml::Filter filter{jml::Factored{jml::Continuous{jml::Kalman{}}}, DoubleIntegrator{}, start};
+    ASSERT_EQ(filter.status(), Status::ok);
+    ASSERT_EQ(filter.update(PositionSample{}, y0).status, Status::ok);
+    const auto report = filter.step(PositionSample{}, y1, h);
+    ASSERT_EQ(report.status, Status::ok);
+    EXPECT_TRUE(report.redone);
+    EXPECT_NEAR(filter.x()(0), y1, 1e-12);
+    EXPECT_NEAR(filter.x()(1), (y1 - y0) / h, 1e-12);
+    const Square P = filter.P();
+    EXPECT_NEAR(P(0, 0), r, 1e-12);
+    EXPECT_NEAR(P(0, 1), r / h, 1e-12);
+    EXPECT_NEAR(P(1, 1), 2 * r / (h * h) + q * h / 3, 1e-12);
+  }
+}
+
+// A position that is as good as exact leaves P nearly singular: by hand, where the plain form names the loss
+// or does it over.
+TEST(Samples, AnExactPositionLeavesTheDigitsOfTheRest) {
+  const jml::Estimate start{X(0, 0), Square(Square::Identity())};
+  PositionSample exact;
+  exact.r = 0;
+  jml::Filter filter{jml::Factored{jml::Continuous{jml::Kalman{}}}, DoubleIntegrator{}, start};
+  ASSERT_EQ(filter.step(exact, 1.0, 0.5).status, Status::ok);
+  // N = [1 + h² + q h³/3, h + q h²/2; ., 1 + q h]
+  const double a = 1 + 0.25 + 0.7 * 0.125 / 3, b = 0.5 + 0.7 * 0.25 / 2, c = 1 + 0.7 * 0.5;
+  EXPECT_EQ(filter.P()(0, 0), 0);
+  EXPECT_EQ(filter.x()(0), 1);
+  EXPECT_NEAR(filter.P()(1, 1), c - b * b / a, 1e-14);
+  EXPECT_NEAR(filter.x()(1), b / a, 1e-14);
+  ASSERT_EQ(filter.update(exact, 1.0).status, Status::ok);  // said again: skipped
+  EXPECT_EQ(filter.update(exact, 1.5).status, Status::contradiction);
+  EXPECT_EQ(filter.x()(0), 1);
 }
 
 }  // namespace

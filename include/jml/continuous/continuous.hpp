@@ -11,6 +11,9 @@
 
 namespace jml {
 
+template <typename Rule>
+struct Factored;  // filter/factored.hpp
+
 /// What an interval under a measurement that is there all the time reports; innovation and gain are those of
 /// its start, K = P Dᵀ R⁻¹ in units of x per y and s. There is no innovation matrix and no gate.
 template <typename Scalar, int n, int p>
@@ -80,7 +83,7 @@ class Continuous {
   [[nodiscard]] Status predict(Model& model, const Estimate<Scalar, n>& prior, const At& at,
                                Estimate<Scalar, n>& next) const {
     FlowRecord<Scalar, n, 0> record;
-    return flow(model, detail::NoSensor{}, NoSignal{}, prior, at, next, record);
+    return flow(model, detail::NoSensor{}, detail::NoSignal{}, prior, at, next, record);
   }
   /// A sample, by the difference recursion.
   template <typename Model, typename Belief, typename Sample, typename Report>
@@ -117,9 +120,8 @@ class Continuous {
   }
 
  private:
-  struct NoSignal {
-    Vector<double, 0> operator()(double) const { return {}; }
-  };
+  template <typename>
+  friend struct Factored;
   OnePass<Rule> one_pass() const { return {rule}; }
   /// P is finite and, of a symmetric rule, a covariance with digits left.
   template <typename Scalar, int n>

@@ -27,6 +27,11 @@ Line(Scalar, Scalar) -> Line<Scalar, 1>;
 
 namespace detail {
 
+/// Where nothing measures.
+struct NoSignal {
+  Vector<double, 0> operator()(double) const { return {}; }
+};
+
 /// y(t) of a sample that is held.
 template <typename Scalar, int p>
 struct HeldSignal {

@@ -26,7 +26,8 @@ namespace jml {
 /// Refuses what the rule refuses; covariance_lost where even twice the digits do not suffice.
 template <typename Rule_>
 struct Factored {
-  static_assert(OnePassRule<Rule_>, "jml: Factored{…} takes a one-pass rule: Kalman, Ekf or Sddre");
+  static_assert(OnePassRule<Rule_>, "jml: Factored{…} takes Kalman, Ekf, Sddre, a symmetric iterated rule, FixedLag, or "
+                "Continuous{rule, RungeKutta4{}}");
   static_assert(
       Rule_::symmetric,
       "jml: a factored form belongs to the symmetric rules Kalman, Ekf and Sddre: P of another rule "
