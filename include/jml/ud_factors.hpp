@@ -29,56 +29,62 @@ using Padded = Matrix<Scalar, Strip<Scalar, n>::padded, m>;
 template <typename Scalar, int n, int m>
 JML_INLINE inline void times_unit_upper(const Matrix<Scalar, n, n>& F, const Matrix<Scalar, n, n>& U,
                                         Padded<Scalar, n, m>& W) {
-  constexpr int rows = Strip<Scalar, n>::padded;
-  Padded<Scalar, n, n> wide;
   for (int j = 0; j < n; ++j) {
-    for (int i = 0; i < rows; ++i) wide(i, j) = i < n ? F(i, j) : Scalar(0);
-  }
-  for (int j = 0; j < n; ++j) {
-    Strip<Scalar, rows>::each(rows, [&](int i, auto sum) JML_INLINE {
-      sum.load(&wide(i, j));
+    Strip<Scalar, n>::each(n, [&](int i, auto sum) JML_INLINE {
+      sum.load(&F(i, j));
       for (int k = 0; k < j; ++k) {
         auto column = sum;
-        column.load(&wide(i, k));
+        column.load(&F(i, k));
         sum.add(column, U(k, j));
       }
       sum.store(&W(i, m - n + j));
     });
+    for (int i = n; i < Strip<Scalar, n>::padded; ++i) W(i, m - n + j) = Scalar(0);
   }
 }
 
-/// orthogonalise() of few states, one row at a time: what it waits for is shorter.
+/// orthogonalise() of few states, one row at a time: what it waits for is shorter. Each way through W takes row
+/// j out of the rows above it, and gathers their products with row j - 1 as it comes.
 template <typename Scalar, int n, int m>
 JML_INLINE inline void orthogonalise_few(Padded<Scalar, n, m>& W, const Vector<Scalar, m>& d,
                                          UdFactors<Scalar, n>& out) {
   constexpr int rows = Strip<Scalar, n>::padded;
   Scalar dots[rows];
-  Column<Scalar, rows> dot, other, column;
-  for (int j = n - 1; j >= 0; --j) {
-    dot.clear();
-    other.clear();
-    for (int k = 0; k + 1 < m; k += 2) {
+  {
+    Column<Scalar, rows> even, odd, column;
+    even.clear();
+    odd.clear();
+    for (int k = 0; k < m; ++k) {
       column.load(&W(0, k));
-      dot.add(column, d(k) * W(j, k));
-      column.load(&W(0, k + 1));
-      other.add(column, d(k + 1) * W(j, k + 1));
+      (k % 2 == 0 ? even : odd).add(column, d(k) * W(n - 1, k));
     }
-    if constexpr (m % 2 == 1) {
-      column.load(&W(0, m - 1));
-      dot.add(column, d(m - 1) * W(j, m - 1));
-    }
-    dot.add(other, Scalar(1));
-    dot.store(dots);
-    const Scalar sum = dots[j], inverse = sum > Scalar(0) ? Scalar(1) / sum : Scalar(0);
-    dot.scale(inverse);
-    out.D(j) = sum;
-    for (int k = 0; k < m; ++k) {  // row j itself too: it is done
-      column.load(&W(0, k));
-      column.subtract(dot, W(j, k));
-      column.store(&W(0, k));
-    }
-    for (int i = 0; i < n; ++i) out.U(i, j) = i < j ? dots[i] * inverse : Scalar(i == j);
+    even.add(odd, Scalar(1));
+    even.store(dots);
   }
+  const auto take_out = [&]<int j>() JML_INLINE {
+    constexpr int width = Strip<Scalar, n>::width;
+    const Scalar sum = dots[j], inverse = sum > Scalar(0) ? Scalar(1) / sum : Scalar(0);
+    out.D(j) = sum;
+    for (int i = 0; i < n; ++i) out.U(i, j) = i < j ? dots[i] * inverse : Scalar(i == j);
+    if constexpr (j > 0) {
+      Column<Scalar, (j + width - 1) / width * width> factor, even, odd, column;  // rows above j
+      factor.load(dots);
+      factor.scale(inverse);
+      even.clear();
+      odd.clear();
+      for (int k = 0; k < m; ++k) {
+        column.load(&W(0, k));
+        column.subtract(factor, W(j, k));
+        column.store(&W(0, k));
+        (k % 2 == 0 ? even : odd).add(column, d(k) * W(j - 1, k));
+      }
+      even.add(odd, Scalar(1));
+      even.store(dots);
+    }
+  };
+  [&]<int... back>(std::integer_sequence<int, back...>) JML_INLINE {
+    (take_out.template operator()<n - 1 - back>(), ...);
+  }(std::make_integer_sequence<int, n>{});
 }
 
 /// U D Uᵀ = W diag(d) Wᵀ by weighted Gram-Schmidt from the last row up. W is overwritten. `triangular`: the
