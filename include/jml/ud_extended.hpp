@@ -233,7 +233,9 @@ struct ExtendedUd {
       for (int k = 0; F != nullptr && k < n; ++k) {
         if (F[i + k * n] != Scalar(0) && !std::isinf(size[k])) sum += std::abs(F[i + k * n]) * size[k];
       }
-      for (int k = 0; k < q; ++k) sum += size_of(B[i + k * n]) * std::sqrt(upper(d_B[k]));
+      for (int k = 0; k < q; ++k) {
+        if (!infinite(d_B[k])) sum += size_of(B[i + k * n]) * std::sqrt(upper(d_B[k]));
+      }
       spare[i] = T(sum);
     }
     for (int i = 0; i < n; ++i) size[i] = upper(spare[i]);

@@ -18,7 +18,8 @@ using Table = double[steps / kept_every][numbers_kept];
 
 /// One run; false as soon as a step is refused.
 using Run = bool(const double (&y)[steps], Table& table);
-Run ekf_double, ekf_float, jml_double, jml_float, iterated_jml_double, iterated_jml_float;
+Run ekf_double, ekf_float, factored_double, factored_float, ekf_6, factored_6, ekf_15, factored_15;
+Run jml_double, jml_float, iterated_jml_double, iterated_jml_float;
 Run runge_kutta_double, runge_kutta_float, davison_maki_double, davison_maki_float, algebraic_double,
     algebraic_float;
 Run linearised_box_double, linearised_box_float, guaranteed_box_double, guaranteed_box_float;
@@ -34,6 +35,12 @@ inline constexpr Case cases[] = {
     // stops within its own tolerance of the root (1e-12, float: 1e-5), perhaps a sweep earlier or later.
     {"EKF, double", ekf_double, 1e-13},
     {"EKF, float", ekf_float, 1e-5},
+    {"factored EKF, double", factored_double, 1e-13},
+    {"factored EKF, float", factored_float, 1e-5},
+    {"EKF, n = 6", ekf_6, 1e-12},
+    {"factored EKF, n = 6", factored_6, 1e-12},
+    {"EKF, n = 15", ekf_15, 1e-12},
+    {"factored EKF, n = 15", factored_15, 1e-12},
     {"JML, double", jml_double, 1e-13},
     {"JML, float", jml_float, 1e-5},
     {"iterated JML, double", iterated_jml_double, 1e-11},

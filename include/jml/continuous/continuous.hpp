@@ -14,6 +14,29 @@ namespace jml {
 template <typename Rule>
 struct Factored;  // filter/factored.hpp
 
+namespace detail {
+
+/// P ← what of it is not below zero, where an integrator's error has made a direction of variance zero
+/// negative: no entry changes by more than 1e-6 (float: 1e-3) of √(P_ii P_jj). False where that is not
+/// enough.
+template <typename Scalar, int n>
+[[nodiscard]] JML_NOINLINE bool cut_to_covariance(Matrix<Scalar, n, n>& P) {
+  constexpr Scalar share = std::is_same_v<Scalar, float> ? Scalar(1e-3) : Scalar(1e-6);
+  if (!all_finite(P) || !diagonal_is<Definite::positive_or_zero>(P)) return false;
+  const Matrix<Scalar, n, n> L = kernel::SemidefiniteFactor<Scalar, n>(P).L;
+  const Matrix<Scalar, n, n> kept = L * kernel::transposed(L);
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      const Scalar size = std::sqrt(P(i, i)) * std::sqrt(P(j, j));
+      if (!(std::abs(kept(i, j) - P(i, j)) <= share * size)) return false;
+    }
+  }
+  P = kept;
+  return true;
+}
+
+}  // namespace detail
+
 /// What an interval under a measurement that is there all the time reports; innovation and gain are those of
 /// its start, K = P Dᵀ R⁻¹ in units of x per y and s. There is no innovation matrix and no gate.
 template <typename Scalar, int n, int p>
@@ -123,16 +146,13 @@ class Continuous {
   template <typename>
   friend struct Factored;
   OnePass<Rule> one_pass() const { return {rule}; }
-  /// P is finite and, of a symmetric rule, a covariance with digits left.
+  /// P is finite and, of a symmetric rule, a covariance.
   template <typename Scalar, int n>
-  JML_INLINE static bool holds(const Matrix<Scalar, n, n>& P) {
-    if constexpr (Rule::symmetric) {
-      const detail::Pivots<Scalar> found = detail::pivots_of(P, P);
-      return found.positive &&
-             std::numeric_limits<Scalar>::epsilon() * found.spread <= detail::plain_error<Scalar>;
-    } else {
+  JML_INLINE static bool holds(Matrix<Scalar, n, n>& P) {
+    if constexpr (Rule::symmetric)
+      return detail::pivots_of(P, P).positive || detail::cut_to_covariance(P);
+    else
       return all_finite(P);
-    }
   }
 
   template <typename Model, typename S, typename Signal, typename Scalar, int n, typename At, typename Record>

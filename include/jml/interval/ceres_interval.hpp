@@ -260,7 +260,7 @@ class CeresInterval<D, Sensors<Sensor...>> {
   bool known_start_ = store_.estimate().P.isZero(0);  // P_0 = 0: a constant to Ceres
   std::vector<X> states_;                             // in units
   std::vector<Hold<n>> holds_;
-  PriorTerm<n> prior_{store_.estimate().x, unit_};
+  PriorTerm<n> prior_{store_.prior().x, unit_};
   std::deque<StepTerm<D>> steps_;  // Ceres' cost functions cannot be moved
   std::tuple<std::deque<Term<Sensor>>...> terms_;
   std::unique_ptr<::ceres::Problem> problem_;
