@@ -138,7 +138,7 @@ Shown shown(const Belief& belief) {
   QuadMatrix U{};
   QuadVector D{};
   for (int j = 0; j < n; ++j) {
-    out.x[j] = sum_of(belief.x(j), belief.x_low(j));
+    out.x[j] = Quad(belief.x(j)) + Quad(belief.x_low(j));
     D[j] = sum_of(belief.D(j), belief.D_low(j));
     for (int i = 0; i < j; ++i) U[i][j] = sum_of(belief.U(i, j), belief.U_low(i, j));
     U[j][j] = 1;

@@ -31,7 +31,8 @@ template <typename X, typename F, typename V>
 FactoredEstimate(const Eigen::MatrixBase<X>&, const Eigen::MatrixBase<F>&, const Eigen::MatrixBase<V>&)
     -> FactoredEstimate<typename X::Scalar, X::RowsAtCompileTime>;
 
-/// x and P = (U + U_low) diag(D + D_low) (U + U_low)ᵀ. An infinite D_j: nothing is known along column j.
+/// x + x_low and P = (U + U_low) diag(D + D_low) (U + U_low)ᵀ. An infinite D_j: nothing is known along column
+/// j.
 template <typename Scalar_, int n>
 struct FactoredBelief : UdFactors<Scalar_, n> {
   using Scalar = Scalar_;
@@ -39,19 +40,19 @@ struct FactoredBelief : UdFactors<Scalar_, n> {
 
   Vector<Scalar, n> x = kernel::zeros<Vector<Scalar, n>>();
   Vector<Scalar, n> variances = x;  ///< P_ii; infinite where nothing is known of x_i
-  bool extended = false;        ///< the low parts hold digits; else they are not to be read
+  bool extended = false;            ///< U_low and D_low hold digits; else they are not to be read
   Vector<Scalar, n> x_low = kernel::zeros<Vector<Scalar, n>>(), D_low = x_low;
   Matrix<Scalar, n, n> U_low = kernel::zeros<Matrix<Scalar, n, n>>();
 
-  /// *this = next; its low parts where they hold digits.
+  /// *this = next.
   JML_INLINE void take(const FactoredBelief& next) {
     kernel::assign(x, next.x);
+    kernel::assign(x_low, next.x_low);
     kernel::assign(this->U, next.U);
     kernel::assign(this->D, next.D);
     kernel::assign(variances, next.variances);
     extended = next.extended;
     if (next.extended) {
-      x_low = next.x_low;
       D_low = next.D_low;
       U_low = next.U_low;
     }

@@ -99,6 +99,26 @@ template <typename Scalar, int n>
   return held && all_finite(next.x);
 }
 
+/// x̄ = A x + f(0) of affine dynamics, with what rounding leaves: a later measurement may be finer than the
+/// digits of x.
+template <typename D, typename Belief, typename Scalar, int n, typename At>
+void move_in_all_digits(const D& d, const Matrix<Scalar, n, n>& A, const Belief& prior, const At& at,
+                        Belief& next) {
+  using T = Extended<Scalar>;
+  const Vector<Scalar, n> constant = predicted_state(d, kernel::zeros<Vector<Scalar, n>>(), at);
+  for (int i = 0; i < n; ++i) {
+    T sum(constant(i));
+    Scalar low = 0;
+    for (int j = 0; j < n; ++j) {
+      sum = sum + T(A(i, j)) * T(prior.x(j));
+      low += A(i, j) * prior.x_low(j);
+    }
+    const auto parts = in_two<Scalar>(sum + T(low));
+    next.x(i) = parts.high;
+    next.x_low(i) = parts.low;
+  }
+}
+
 /// N by Thornton, and x̄. `sizes`: Σ A² P_ii + Σ B² d, what N came from.
 template <typename Rule, typename Model, typename Belief, typename At, typename Scalar, int n>
 [[nodiscard]] JML_INLINE inline Status factored_prediction(const Rule& rule, const Model& model,
@@ -106,9 +126,14 @@ template <typename Rule, typename Model, typename Belief, typename At, typename 
                                                            Vector<Scalar, n>& sizes) {
   using Noise = std::remove_cvref_t<decltype(model.noise)>;
   constexpr int q = Noise::columns, m = n + q;
-  kernel::assign(next.x, predicted_state(model.dynamics, prior.x, at));
+  constexpr bool affine = DynamicsTraits<std::remove_cvref_t<decltype(model.dynamics)>>::linear;
+  if constexpr (!affine) {
+    kernel::assign(next.x, predicted_state(model.dynamics, prior.x, at));
+    kernel::set_zero(next.x_low);
+  }
   const Vector<Scalar, n>& point = Rule::evaluated_at == EvaluatedAt::estimate ? prior.x : next.x;
   const Matrix<Scalar, n, n> A = dynamics_slot<Rule::A>(rule, model.dynamics, point, prior.x, at);
+  if constexpr (affine) move_in_all_digits(model.dynamics, A, prior, at, next);
   kernel::Padded<Scalar, n, m> W;
   Vector<Scalar, m> d;
   const auto place = [&](const Noise& noise) JML_INLINE {
@@ -154,9 +179,23 @@ template <typename Rule, typename S, typename Belief, typename Y, typename At, t
     return FastCorrection::refused;
   };
   const Matrix<Scalar, p, p> R = noise_covariance(s, next.x, at);
+  constexpr bool exact = exact_sensor<S, Vector<Scalar, p>>();
   Vector<Scalar, p> e = measurement_residual(s, y, measurement(s, next.x, at));
-  kernel::assign(report.innovation, e);
   Matrix<Scalar, n, p> H = kernel::transposed(sensor_slot<Rule::D>(rule, s, next.x, next.x, at));
+  if constexpr (exact) {
+    using T = Extended<Scalar>;
+    const Vector<Scalar, p> given = from_origin<n>(s, y, at);
+    for (int i = 0; i < p; ++i) {
+      T sum(given(i));
+      Scalar low = 0;
+      for (int j = 0; j < n; ++j) {
+        sum = sum - T(H(j, i)) * T(next.x(j));
+        low += H(j, i) * next.x_low(j);
+      }
+      e(i) = in_two<Scalar>(sum - T(low)).high;
+    }
+  }
+  kernel::assign(report.innovation, e);
   if (!all_finite(e) || !all_finite(H)) {
     if (!all_finite(y)) return answer(Status::invalid_measurement);
     return answer(all_finite(next.x) ? Status::sensor_not_finite : Status::invalid_state);
@@ -193,13 +232,19 @@ template <typename Rule, typename S, typename Belief, typename Y, typename At, t
       e(l) -= lower(l, i) * e(i);
     }
     alphas(i) = alpha;
-    if constexpr (SensorTraits<S>::linear) {  // m(x) = H x can be had in more digits where these are too few
-      Scalar terms = y(i) * y(i);
-      for (int j = 0; j < n; ++j) terms += (H(j, i) * next.x(j)) * (H(j, i) * next.x(j));
-      held &= terms <= worst_magnification<Scalar> * worst_magnification<Scalar> / Scalar(n + 1) * alpha;
-    }
   }
-  kernel::add_product<1>(next.x, k, e, next.x);  // x̄ + Σ k e
+  if constexpr (exact) {  // x̄ + Σ k e, with what rounding leaves
+    for (int j = 0; j < n; ++j) {
+      Scalar change = 0;
+      for (int i = 0; i < p; ++i) change += k(j, i) * e(i);
+      const auto parts = in_two<Scalar>(as_one(next.x(j), next.x_low(j)) + Extended<Scalar>(change));
+      next.x(j) = parts.high;
+      next.x_low(j) = parts.low;
+    }
+  } else {
+    kernel::add_product<1>(next.x, k, e, next.x);
+    kernel::set_zero(next.x_low);
+  }
   kernel::assign(report.rows.innovation, e);
   kernel::assign(report.rows.variance, alphas);
   if (correlated) {  // of S itself: that of R before it
@@ -217,7 +262,7 @@ template <typename Rule, typename S, typename Belief, typename Y, typename At, t
     for (int l = i + 1; l < p; ++l) kernel::subtract_column(k, l, lower(l, i), k, i);
   }
   kernel::assign(report.gain, k);
-  return held ? FastCorrection::done : FastCorrection::short_of_digits;
+  return FastCorrection::done;
 }
 
 /// How much rounding of an ε of Extended<Scalar> may grow.
@@ -267,7 +312,7 @@ JML_NOINLINE void factored_in_two(const Rule& rule, const Model& model,
   const auto begin = [&]() -> Status {
     two.load(prior.U.data(), prior.D.data(), prior.extended ? prior.U_low.data() : nullptr,
              prior.extended ? prior.D_low.data() : nullptr);
-    two.load_state(prior.x.data(), prior.extended ? prior.x_low.data() : nullptr);
+    two.load_state(prior.x.data(), prior.x_low.data());
     if constexpr (moves) return predict_in_two(rule, model, prior.x, at, two);
     return Status::ok;
   };

@@ -24,6 +24,17 @@ consteval int measurements_in() {
     return 0;
 }
 
+/// y - m(x) = (y - m(0)) - H x of an affine m that is not wrapped can be had in more digits.
+template <typename S, typename Y>
+consteval bool exact_sensor() {
+  return SensorTraits<S>::linear && !requires(const S& s, const Y& y) { SensorTraits<S>::residual(s, y, y); };
+}
+/// y - m(0).
+template <int n, typename S, typename Scalar, int p, typename At>
+[[nodiscard]] Vector<Scalar, p> from_origin(const S& s, const Vector<Scalar, p>& y, const At& at) {
+  return y - measurement(s, kernel::zeros<Vector<Scalar, n>>(), at);
+}
+
 /// What the rows of a measurement came to, as they were taken: made independent, one after the other. The
 /// variance is infinite where a row resolved a direction or said nothing new.
 template <typename Scalar, int p>
@@ -92,16 +103,15 @@ void correct_in_two(const Rule& rule, const Sample& sample, const At& at, Extend
   if (!all_finite(x)) return answer(Status::invalid_state);
   if (!all_finite(report.innovation) || !all_finite(H)) return answer(Status::sensor_not_finite);
   if (!is_covariance(R)) return answer(Status::invalid_noise_covariance);
-  using S = std::remove_cvref_t<decltype(s)>;
-  constexpr bool exact =
-      SensorTraits<S>::linear && !requires { SensorTraits<S>::residual(s, sample.y, predicted); };
-  Vector<Scalar, p> sizes;
+  constexpr bool exact = exact_sensor<std::remove_cvref_t<decltype(s)>, Vector<Scalar, p>>();
+  Vector<Scalar, p> sizes, given = report.innovation;
+  if constexpr (exact) given = from_origin<n>(s, sample.y, at);
   for (int i = 0; i < p; ++i) {
     sizes(i) = std::abs(sample.y(i)) + std::abs(predicted(i));
     for (int j = 0; j < n; ++j) sizes(i) += std::abs(H(i, j) * x(j));
   }
-  const RowsReport rows = two.correct(H.data(), R.data(), exact ? sample.y.data() : report.innovation.data(),
-                                      exact, sizes.data(), report.innovation_matrix.data());
+  const RowsReport rows =
+      two.correct(H.data(), R.data(), given.data(), exact, sizes.data(), report.innovation_matrix.data());
   if (rows.status != Status::ok) return answer(rows.status);
   found.redundant = rows.redundant;
   found.resolved = rows.resolved;

@@ -46,7 +46,7 @@ template <typename Scalar, int n>
   ExtendedStep<Scalar> two(memory);
   two.load(belief.U.data(), belief.D.data(), belief.extended ? belief.U_low.data() : nullptr,
            belief.extended ? belief.D_low.data() : nullptr);
-  two.load_state(belief.x.data(), belief.extended ? belief.x_low.data() : nullptr);
+  two.load_state(belief.x.data(), belief.x_low.data());
   if (!two.move(J.data(), I.data(), Q.data(), nullptr)) return Status::invalid_option;
   FactoredBelief<Scalar, n> next;
   const Status status = store_extended(two, next);

@@ -17,7 +17,7 @@ JML_NOINLINE bool move_in_two(const Matrix<Scalar, n, n>& A, const Matrix<Scalar
   ExtendedStep<Scalar> two(memory);
   two.load(belief.U.data(), belief.D.data(), belief.extended ? belief.U_low.data() : nullptr,
            belief.extended ? belief.D_low.data() : nullptr);
-  two.load_state(belief.x.data(), belief.extended ? belief.x_low.data() : nullptr);
+  two.load_state(belief.x.data(), belief.x_low.data());
   const Matrix<Scalar, q, q> unit = kernel::identity<Matrix<Scalar, q, q>>();
   return two.move(A.data(), B.data(), unit.data(), x.data()) && store_extended(two, belief) == Status::ok;
 }
@@ -31,7 +31,7 @@ JML_NOINLINE bool rows_in_two(const RecordRows<Scalar, n, p>& rows, const Vector
   ExtendedStep<Scalar> two(memory);
   two.load(belief.U.data(), belief.D.data(), belief.extended ? belief.U_low.data() : nullptr,
            belief.extended ? belief.D_low.data() : nullptr);
-  two.load_state(belief.x.data(), belief.extended ? belief.x_low.data() : nullptr);
+  two.load_state(belief.x.data(), belief.x_low.data());
   Matrix<Scalar, p, n> H = kernel::transposed(rows.H);
   Matrix<Scalar, p, p> R = kernel::identity<Matrix<Scalar, p, p>>();
   Vector<Scalar, p> e = kernel::zeros<Vector<Scalar, p>>(), sizes = e;

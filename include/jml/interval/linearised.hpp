@@ -99,6 +99,7 @@ template <typename Store, typename Scalar, int n>
       FactoredBelief<Scalar, n> next;
       commit(next, belief);
       next.extended = false;
+      kernel::set_zero(next.x_low);
       Vector<Scalar, n> gain;
       for (int i = 0; i < p; ++i) {
         if (!(rows.r(i) <= std::numeric_limits<Scalar>::max())) continue;

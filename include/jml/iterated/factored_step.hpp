@@ -121,6 +121,7 @@ struct FactoredExactStep {
           return refuse(Status::dynamics_not_finite);
         held = sweep<Inner::D>(predicted, prediction, x_1, again, floor);
         kernel::assign(next.x, x);
+        kernel::set_zero(next.x_low);
       }
     }
     if (held) {
@@ -130,6 +131,7 @@ struct FactoredExactStep {
     }
     report.status = root.status;
     kernel::assign(next.x, x_1);
+    kernel::set_zero(next.x_low);
     return false;
   }
 

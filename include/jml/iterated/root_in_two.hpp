@@ -112,12 +112,6 @@ template <typename Scalar, int n, int p>
   return terms;
 }
 
-/// y = m(x) of a linear m that is not wrapped: y - H x can be had in more digits.
-template <typename S, typename Y>
-consteval bool exact_sensor() {
-  return SensorTraits<S>::linear && !requires(const S& s, const Y& y) { SensorTraits<S>::residual(s, y, y); };
-}
-
 /// The sweeps of one step. z: x_s (of a joint step) and then x_1.
 template <Motion motion, typename Rule, typename Model, typename Prior, typename At, typename Sample,
           typename AtY>
@@ -240,7 +234,8 @@ struct SweepsInTwo {
     two.load_state(upper.data(), lower.data());
     Matrix<Scalar, p, size> H = kernel::zeros<Matrix<Scalar, p, size>>();
     kernel::set_block(H, 0, first, m_x);
-    const Vector<Scalar, p>& given = exact ? sample.y : residual;
+    Vector<Scalar, p> given = residual;
+    if constexpr (exact) given = from_origin<n>(sample.sensor, sample.y, at_y);
     const RowsReport rows = two.correct(H.data(), R.data(), given.data(), true, out.terms.data(), nullptr);
     if (rows.status != Status::ok) return rows.status;
     out.still = true;
