@@ -13,10 +13,16 @@
 
 namespace jml::detail {
 
+/// The smallest variance whose rounding is that of any other number: below it digits go before the number
+/// does.
+template <typename Scalar>
+inline constexpr Scalar least_variance =
+    std::numeric_limits<Scalar>::min() / std::numeric_limits<Scalar>::epsilon();
+
 /// Of the Cholesky pivots of a covariance.
 template <typename Scalar>
 struct Pivots {
-  bool positive = false;  ///< every pivot is, and all are finite
+  bool positive = false;  ///< every pivot is, at least least_variance, and all are finite
   Scalar loss = 0;        ///< largest N_ii over the pivot of P
   Scalar spread = 0;      ///< largest P_ii over its pivot: 1 for uncorrelated states
 };
@@ -28,14 +34,14 @@ template <typename Scalar, int n>
   [[maybe_unused]] constexpr Scalar most = std::numeric_limits<Scalar>::max();
   Pivots<Scalar> out;
   if constexpr (n == 1) {
-    out.positive = P(0, 0) > Scalar(0) && P(0, 0) <= most;
+    out.positive = P(0, 0) >= least_variance<Scalar> && P(0, 0) <= most;
     out.loss = N(0, 0) / P(0, 0);
     out.spread = Scalar(1);
   } else if constexpr (n == 2) {
     const Scalar a = P(0, 0), c = P(1, 1), b = P(1, 0), first = Scalar(1) / a;
     const Scalar explained = b * (b * first), second = c - explained, inverse = Scalar(1) / second;
     const Scalar loss = N(0, 0) * first;  // enters the second pivot through b too
-    out.positive = a > Scalar(0) && second > Scalar(0);
+    out.positive = a >= least_variance<Scalar> && second >= least_variance<Scalar>;
     out.loss = loss + (N(1, 1) + explained * loss) * inverse;  // no number where one is infinite
     out.spread = c * inverse;
   } else {
@@ -93,30 +99,61 @@ template <typename Scalar, int n>
         });
       }
     }
-    out.positive = lowest > Scalar(0) && sum <= most;
+    out.positive = lowest >= least_variance<Scalar> && sum <= most;
   }
   return out;
 }
 
-/// The same where a variance may be zero: then it counts for nothing, if N_ii was zero too.
+/// The same where a variance may be zero: then it counts for nothing, if N_ii was zero too. By value, so that
+/// what is asked about need not live in memory.
 template <typename Scalar, int n>
-[[nodiscard]] JML_NOINLINE Pivots<Scalar> pivots_with_zeros(const Matrix<Scalar, n, n>& P,
-                                                            const Matrix<Scalar, n, n>& N) {
-  Matrix<Scalar, n, n> kept = P, from = N;
+[[nodiscard]] JML_NOINLINE Pivots<Scalar> pivots_with_zeros(Matrix<Scalar, n, n> P, Matrix<Scalar, n, n> N) {
   for (int i = 0; i < n; ++i) {
     bool zero = N(i, i) == Scalar(0);
     for (int j = 0; j < n; ++j) zero = zero && (i > j ? P(i, j) : P(j, i)) == Scalar(0);
-    if (zero) kept(i, i) = from(i, i) = Scalar(1);
+    if (zero) P(i, i) = N(i, i) = Scalar(1);
   }
-  return pivots_of(kept, from);
+  return pivots_of(P, N);
+}
+
+/// True where what rounding makes of innovations y - H x moves no state by more than `slack` ε of the
+/// largest. `terms`: of each row, squared; rows of which they are within `limits` do not count. By value, as
+/// above.
+template <typename Scalar, int n, int p>
+[[nodiscard]] JML_NOINLINE bool moves_little(Matrix<Scalar, n, p> gain, Vector<Scalar, p> terms,
+                                             Vector<Scalar, p> limits, Vector<Scalar, n> x, Scalar slack) {
+  Scalar largest = 0;
+  for (int j = 0; j < n; ++j) largest = std::abs(x(j)) > largest ? std::abs(x(j)) : largest;
+  for (int j = 0; j < n; ++j) {
+    Scalar moved = 0;
+    for (int i = 0; i < p; ++i) {
+      if (!(terms(i) <= limits(i))) moved += std::abs(gain(j, i)) * std::sqrt(terms(i));
+    }
+    if (!(moved <= slack * largest)) return false;
+  }
+  return true;
 }
 
 /// The most that rounding may make of P in a step of the plain form, in its worst direction: ε^(3/8).
 template <typename Scalar>
-inline constexpr Scalar plain_error = std::is_same_v<Scalar, float> ? Scalar(2.5e-3) : Scalar(1.3e-6);
-/// Of an innovation y - H x: how much larger its terms may be than √S, squared, for ε of them not to matter.
+inline constexpr Scalar plain_error = std::is_same_v<Scalar, float> ? Scalar(2.5e-3) : Scalar(1e-5);
+/// Of an innovation y - H x: how much larger its terms may be than √R, squared, for ε of them not to matter:
+/// 1e-7 of a standard deviation, in float 1e-3.
 template <typename Scalar>
-inline constexpr Scalar finest_innovation = std::is_same_v<Scalar, float> ? Scalar(1e8) : Scalar(1e17);
+inline constexpr Scalar finest_innovation = std::is_same_v<Scalar, float> ? Scalar(1e8) : Scalar(2e17);
+/// y² + Σ (H x)² of each row.
+template <typename Scalar, int n, int p>
+[[nodiscard]] JML_INLINE inline Vector<Scalar, p> innovation_sizes(const Matrix<Scalar, p, n>& H,
+                                                                   const Vector<Scalar, n>& x,
+                                                                   const Vector<Scalar, p>& y) {
+  Vector<Scalar, p> out;
+  for (int i = 0; i < p; ++i) {
+    Scalar terms = y(i) * y(i);
+    for (int j = 0; j < n; ++j) terms += (H(i, j) * x(j)) * (H(i, j) * x(j));
+    out(i) = terms;
+  }
+  return out;
+}
 /// The same as plain_error of a nonsymmetric rule, of the entries of its P.
 template <typename Scalar>
 inline constexpr Scalar worst_error = std::is_same_v<Scalar, float> ? Scalar(0.1) : Scalar(1e-3);

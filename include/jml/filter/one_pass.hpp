@@ -67,12 +67,12 @@ template <typename Rule, typename S, typename Scalar, int n, int p, typename At,
   observer.correction(prediction, slot_d, R, innovation);
   kernel::add_product<1>(prediction, gain, innovation, x);  // x⁺ = x̄ + K (y - m(x̄))
   bool fine = true;
-  if constexpr (Rule::symmetric && SensorTraits<S>::linear) {  // the rounding of H x̄ against √S
-    for (int i = 0; i < p; ++i) {
-      Scalar terms = y(i) * y(i);
-      for (int j = 0; j < n; ++j) terms += (slot_d(i, j) * prediction(j)) * (slot_d(i, j) * prediction(j));
-      fine &= terms <= finest_innovation<Scalar> * S_matrix(i, i);
-    }
+  if constexpr (Rule::symmetric && SensorTraits<S>::linear) {  // the rounding of H x̄ against √R
+    const Vector<Scalar, p> terms = innovation_sizes(slot_d, prediction, y);
+    Vector<Scalar, p> limits;
+    kernel::scale(limits, finest_innovation<Scalar>, kernel::diagonal(R));
+    for (int i = 0; i < p; ++i) fine &= terms(i) <= limits(i);
+    if (!fine) fine = moves_little<Scalar, n, p>(gain, terms, limits, x, Scalar(16));
   }
   if constexpr (Rule::symmetric)
     growth += condition;

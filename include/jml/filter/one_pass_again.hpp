@@ -28,6 +28,29 @@ JML_NOINLINE Status diagnose_prediction(const Rule& rule, const Model& model,
   return model_finite ? Status::covariance_lost : Status::dynamics_not_finite;
 }
 
+/// The digits that the prior x was stored in suffice for a measurement this fine: an ε of x moves no state by
+/// more than 5e-7 deviations or by 32 ε of the largest. A difference that is not formed in all digits, of a
+/// nonlinear m, is what its sensor says it is.
+template <typename Rule, typename Sample, typename At, typename Scalar, int n, typename Report>
+[[nodiscard]] bool fine_enough(const Rule& rule, const Sample& sample, const At& at,
+                               const Vector<Scalar, n>& prior, const ExtendedStep<Scalar>& two,
+                               const Report& report) {
+  constexpr int p = Sample::measurements;
+  using S = std::remove_cvref_t<decltype(sample.sensor)>;
+  if constexpr (SensorTraits<S>::linear) {
+    Vector<Scalar, n> x;
+    for (int i = 0; i < n; ++i) x(i) = in_two<Scalar>(two.x(i)).high;
+    const Matrix<Scalar, p, p> R = noise_covariance(sample.sensor, prior, at);
+    const Matrix<Scalar, p, n> H = sensor_slot<Rule::D>(rule, sample.sensor, prior, prior, at);
+    const Vector<Scalar, p> terms = innovation_sizes(H, prior, kernel::zeros<Vector<Scalar, p>>());
+    Vector<Scalar, p> limits;
+    kernel::scale(limits, Scalar(25) * finest_innovation<Scalar>, kernel::diagonal(R));
+    return moves_little<Scalar, n, p>(report.gain, terms, limits, x, Scalar(32));
+  } else {
+    return true;
+  }
+}
+
 /// A prediction over `at` (where `moves`) and the correction with a sample (Unobserved: none) at `at_y`, from
 /// `prior` in twice the digits; by value, so that the estimate of the usual way stays in registers. P⁺ is
 /// rounded to an n×n matrix again. covariance_lost where that matrix cannot hold it: its correlations are
@@ -57,6 +80,8 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
     correct_in_two(rule, sample, at_y, two, report, rows);
     if (report.status == Status::ok && report.gate == Verdict::rejected) report.status = begin();
     if (report.status != Status::ok) return prior;
+    if (!fine_enough(rule, sample, at_y, prior.x, two, report))
+      return report.status = Status::accuracy_not_met, prior;
   }
   constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
   const Scalar now = two.magnification_of_now(), spread = now * now;

@@ -25,7 +25,7 @@ namespace detail {
 
 template <typename Scalar, int n>
 JML_NOINLINE Scalar find_spread(const Matrix<Scalar, n, n>& P) {
-  const Pivots<Scalar> found = pivots_with_zeros(P, P);
+  const Pivots<Scalar> found = pivots_with_zeros<Scalar, n>(P, P);
   return found.positive ? found.spread : std::numeric_limits<Scalar>::infinity();
 }
 template <typename Scalar, int n>
@@ -63,9 +63,7 @@ template <typename Rule, typename Scalar, int n>
   constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
   if constexpr (Rule::symmetric) {
     Pivots<Scalar> found = pivots_of(P, N);
-    if constexpr (n > 3) {  // a smaller P would leave its registers for this
-      if (!found.positive) found = pivots_with_zeros(P, N);
-    }
+    if (!found.positive) found = pivots_with_zeros<Scalar, n>(P, N);
     spread = found.spread;
     rounding = epsilon * (growth * found.loss);
     return found.positive && rounding <= plain_error<Scalar>;

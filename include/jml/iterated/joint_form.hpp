@@ -67,7 +67,7 @@ template <typename Scalar, int n>
       for (int i = j; i < n; ++i) L(i, j) = entries(i, j) * inverse;
     }
   }
-  return lowest > Scalar(0) ? grown : std::numeric_limits<Scalar>::infinity();
+  return lowest >= least_variance<Scalar> ? grown : std::numeric_limits<Scalar>::infinity();
 }
 
 /// The same where a state is known exactly, its variance zero in N too: then it counts for nothing.
