@@ -240,4 +240,27 @@ struct Column<Scalar, 0, width> {
   [[nodiscard]] JML_INLINE Scalar dot(const Column&) const { return Scalar(0); }
 };
 
+/// out_i += Σ_j a_ij² weights_j.
+template <typename Scalar, int n>
+JML_INLINE inline void add_weighted_squares(const Matrix<Scalar, n, n>& a, const Vector<Scalar, n>& weights,
+                                            Vector<Scalar, n>& out) {
+  if constexpr (n <= 3) {
+    repeat<n>([&](int i) JML_INLINE {
+      repeat<n>([&](int j) JML_INLINE { out(i) += a(i, j) * a(i, j) * weights(j); });
+    });
+  } else {
+    Strip<Scalar, n>::each(n, [&](int i, auto sum) JML_INLINE {
+      auto entry = sum, weighted = sum;
+      sum.load(&out(i));
+      for (int j = 0; j < n; ++j) {
+        entry.load(&a(i, j));
+        weighted = entry;
+        weighted.scale(weights(j));
+        sum.add(weighted, entry);
+      }
+      sum.store(&out(i));
+    });
+  }
+}
+
 }  // namespace jml::kernel

@@ -30,6 +30,7 @@ class Tally {
   struct Counts {
     long problems = 0, refused = 0, redone = 0, wrong_P = 0, wrong_x = 0;
     long textbook = 0, lost = 0;  ///< right by the textbook's recursion; refused or redone although
+    long turned_away = 0;                         ///< of these refused
     double worst_P = 0, worst_x = 0;
     std::map<jml::Status, long> statuses;
 
@@ -42,6 +43,7 @@ class Tally {
       wrong_x += other.wrong_x;
       textbook += other.textbook;
       lost += other.lost;
+      turned_away += other.turned_away;
       worst_P = std::max(worst_P, other.worst_P);
       worst_x = std::max(worst_x, other.worst_x);
       for (const auto& [status, count] : other.statuses) statuses[status] += count;
@@ -63,6 +65,7 @@ class Tally {
     counts.wrong_x = outcome.wrong_x && !outcome.wrong_P;
     counts.textbook = textbook;
     counts.lost = textbook && (outcome.refused || outcome.redone);
+    counts.turned_away = textbook && outcome.refused;
     counts.worst_P = outcome.worst.P;
     counts.worst_x = outcome.worst.x;
     if (outcome.refused) counts.statuses[outcome.status] = 1;
@@ -107,7 +110,7 @@ class Tally {
                 by_loss ? "a step, with what cancelled in it" : "P");
     std::printf("%-13s %9s %8s %8s %8s %8s %9s %9s", "condition", "problems", "refused", "redone", "wrong P", "wrong x",
                 "worst P", "worst x");
-    if (form == Form::plain) std::printf(" %10s %s", "textbook", "of these refused or redone");
+    if (form == Form::plain) std::printf(" %10s %s", "textbook", "of these refused, or redone");
     std::printf("\n");
     for (int b = 0; b <= bins; ++b) {
       const auto& of = by_loss ? table.by_loss : table.by_condition;
@@ -119,7 +122,7 @@ class Tally {
       std::printf("%-14s %8ld %7.2f%% %7.2f%% %8ld %8ld %9.1e %9.1e", range, c.problems, share(c.refused), share(c.redone),
                   c.wrong_P, c.wrong_x, c.worst_P, c.worst_x);
       if (form == Form::plain)
-        std::printf(" %10ld %6.2f%%", c.textbook, c.textbook > 0 ? 100.0 * static_cast<double>(c.lost) / static_cast<double>(c.textbook) : 0.0);
+        std::printf(" %10ld %6.2f%% %6.2f%%", c.textbook, 100.0 * static_cast<double>(c.turned_away) / static_cast<double>(std::max(1L, c.textbook)), 100.0 * static_cast<double>(c.lost - c.turned_away) / static_cast<double>(std::max(1L, c.textbook)));
       std::printf("\n");
     }
     for (const auto& [status, count] : all.statuses) std::printf("  %8ld %s\n", count, jml::describe(status));

@@ -150,7 +150,7 @@ class Continuous {
   template <typename Scalar, int n>
   JML_INLINE static bool holds(Matrix<Scalar, n, n>& P) {
     if constexpr (Rule::symmetric)
-      return detail::pivots_of(P, P).positive || detail::cut_to_covariance(P);
+      return detail::pivots_of(P, kernel::diagonal(P)).positive || detail::cut_to_covariance(P);
     else
       return all_finite(P);
   }

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <jml/factors.hpp>
+#include <jml/rounding.hpp>
 #include <jml/status.hpp>
 #include <jml/ud_extended.hpp>
 
@@ -60,12 +61,13 @@ class ExtendedStep {
         row_size_(m.row_size),
         bulk_(m.bulk) {}
 
-  /// P as a dense matrix, column by column; an infinite variance asks for zeros beside it. False where it is
-  /// indefinite.
-  [[nodiscard]] bool load(const Scalar* P) {
-    for (int i = 0; i < n_ * n_; ++i) ud_.U[i] = T(P[i]);
+  /// P as a dense matrix, column by column, its low part or null; an infinite variance asks for zeros beside
+  /// it. False where it is indefinite.
+  [[nodiscard]] bool load(const Scalar* P, const Scalar* low = nullptr) {
+    for (int i = 0; i < n_ * n_; ++i) ud_.U[i] = low != nullptr ? as_one(P[i], low[i]) : T(P[i]);
     // Of a singular P its own rounding, grown in the elimination, is no pivot.
-    const bool valid = ud_.factor(Scalar(128) * std::numeric_limits<Scalar>::epsilon());
+    constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
+    const bool valid = ud_.factor(Scalar(128) * (low != nullptr ? extended_epsilon<Scalar> : epsilon));
     ud_.deviations(size_);
     return valid;
   }
@@ -200,6 +202,29 @@ class ExtendedStep {
   void variances(Scalar* out) const {
     ud_.deviations(out);
     for (int i = 0; i < n_; ++i) out[i] *= out[i];
+  }
+
+  /// A variance is too small for the digits of Scalar, or may have been when it was taken for zero.
+  [[nodiscard]] bool underflows() const {
+    for (int i = 0; i < n_; ++i) {
+      const Scalar d = ExtendedUd<Scalar>::upper(ud_.D[i]);
+      if (d < least_variance<Scalar> &&
+          (d > Scalar(0) || (size_[i] > Scalar(0) && size_[i] * size_[i] < least_variance<Scalar>)))
+        return true;
+    }
+    return false;
+  }
+  /// Some state is a combination of others exactly.
+  [[nodiscard]] bool combines() const {
+    for (int i = 0; i < n_; ++i) {
+      if (ExtendedUd<Scalar>::upper(ud_.D[i]) != Scalar(0)) continue;
+      for (int k = i + 1; k < n_; ++k) {
+        if (ExtendedUd<Scalar>::size_of(ud_.u(i, k)) != Scalar(0) &&
+            ExtendedUd<Scalar>::upper(ud_.D[k]) != Scalar(0))
+          return true;
+      }
+    }
+    return false;
   }
 
   [[nodiscard]] const T& x(int i) const { return x_[i]; }

@@ -72,13 +72,13 @@ template <typename Scalar, int n>
       });
       sums[i] = sum;
       variances[i] = variance;
-      held &= sum * sum <= limit * next.D(i);
+      held &= sum * sum <= limit * next.D(i) && (next.D(i) >= least_variance<Scalar> || sum == Scalar(0));
     });
   } else {
     for (int i = 0; i < n; ++i) sums[i] = std::sqrt(Scalar(n) * sizes(i));  // ≥ Σ of the terms
     for (int k = n - 1; k >= 0; --k) {
       const Scalar sum = sums[k], d = next.D(k);
-      held &= sum * sum <= limit * d;
+      held &= sum * sum <= limit * d && (d >= least_variance<Scalar> || sum == Scalar(0));
       kernel::Strip<Scalar, n>::each(k + 1, [&](int i, auto u) JML_INLINE {  // sums_k is done
         auto weighted = u, rest = u;
         u.load(&next.U(i, k));
@@ -151,17 +151,7 @@ template <typename Rule, typename Model, typename Belief, typename At, typename 
     place(noise);
   }
   for (int i = 0; i < n; ++i) d(q + i) = prior.D(i);
-  for (int j = 0; j < n; ++j) {
-    kernel::Strip<Scalar, n>::each(n, [&](int i, auto a) JML_INLINE {
-      auto square = a, sum = a;
-      a.load(&A(i, j));
-      square = a;
-      square.scale(prior.variances(j));
-      sum.load(&sizes(i));
-      sum.add(square, a);
-      sum.store(&sizes(i));
-    });
-  }
+  kernel::add_weighted_squares(A, prior.variances, sizes);
   kernel::times_unit_upper<Scalar, n, m>(A, prior.U, W);               // [B, A U]
   kernel::orthogonalise<Noise::triangular, Scalar, n, m>(W, d, next);  // A P Aᵀ + G Q Gᵀ
   return Status::ok;
@@ -275,9 +265,9 @@ inline constexpr Scalar worst_magnification_in_two =
 template <typename Scalar, int n>
 [[nodiscard]] Status store_extended(const ExtendedStep<Scalar>& two, FactoredBelief<Scalar, n>& next,
                                     bool infinite_before = true) {
-  if (!two.finite() || !(two.magnification() <= worst_magnification_in_two<Scalar>))
+  if (!two.finite() || two.underflows() || !(two.magnification() <= worst_magnification_in_two<Scalar>))
     return Status::covariance_lost;
-  bool unknown = false;
+  bool unknown = two.combines();
   for (int i = 0; i < n; ++i) {
     const auto x = in_two<Scalar>(two.x(i)), d = in_two<Scalar>(two.D(i));
     next.x(i) = x.high;
@@ -288,7 +278,6 @@ template <typename Scalar, int n>
       const auto u = in_two<Scalar>(two.U(i, j));
       next.U(i, j) = u.high;
       next.U_low(i, j) = u.low;
-      unknown = unknown || (j > i && u.high != Scalar(0) && d.high == Scalar(0));  // an exact combination
     }
     if (std::isinf(d.high) && !infinite_before) return Status::covariance_lost;
     unknown = unknown || std::isinf(d.high);

@@ -22,19 +22,23 @@ template <typename Rule, typename Scalar, int n>
 
 namespace detail {
 
+/// Where a rule's P is a covariance, the sizes of what N came from; else nothing.
+template <typename Rule, typename Scalar, int n>
+using SizesOf = std::conditional_t<Rule::symmetric, Vector<Scalar, n>, NoSizes>;
+
 /// update() of x̄, N into the caller's x and P, which are touched on refusal too. A measurement that the gate
-/// rejects leaves the prediction in them. `growth`: what rounding had grown by in N; `spread`: of P⁺ of a
-/// symmetric rule. False where the answer is none, or its digits do not suffice: again() says why, or does it
-/// over. (Nothing here is handed to a function out of line, so that all of it lives in registers.)
-template <typename Rule, typename S, typename Scalar, int n, int p, typename At,
+/// rejects leaves the prediction in them. `sizes`: of what N came from, see predict_into(); `known`:
+/// directions that were known exactly, and then those that are. False where the answer is none, or its digits
+/// do not suffice: again() says why, or does it over. (Nothing here is handed to a function out of line, so
+/// that all of it lives in registers.)
+template <typename Rule, typename S, typename Scalar, int n, int p, typename Sizes, typename At,
           typename Observer = Unobserved>
 [[nodiscard]] JML_INLINE inline bool update_into(const Rule& rule, const S& s,
                                                  const Vector<Scalar, n>& prediction,
-                                                 const Matrix<Scalar, n, n>& N, Scalar growth,
+                                                 const Matrix<Scalar, n, n>& N, const Sizes& sizes,
                                                  const Vector<Scalar, p>& y, const At& at, const Gate& gate,
                                                  StepReport<Scalar, n, p>& report, Vector<Scalar, n>& x,
-                                                 Matrix<Scalar, n, n>& P, Scalar& spread,
-                                                 const Observer& observer = {}) {
+                                                 Matrix<Scalar, n, n>& P, const Observer& observer = {}) {
   const Matrix<Scalar, p, p> R = noise_covariance(s, prediction, at);
   if (!is_noise_covariance(R)) return false;
   // Locals, stored into the report when done: a value just stored in pieces is slow to load back as a whole.
@@ -61,7 +65,7 @@ template <typename Rule, typename S, typename Scalar, int n, int p, typename At,
     if (report.gate == Verdict::rejected) {
       kernel::assign(x, prediction);
       kernel::assign(P, N);
-      return has_digits<Rule>(N, N, growth, spread, report.rounding);
+      return has_digits<Rule>(N, N, sizes, Scalar(1), report.rounding);
     }
   }
   observer.correction(prediction, slot_d, R, innovation);
@@ -69,16 +73,13 @@ template <typename Rule, typename S, typename Scalar, int n, int p, typename At,
   bool fine = true;
   if constexpr (Rule::symmetric && SensorTraits<S>::linear) {  // the rounding of H x̄ against √R
     const Vector<Scalar, p> terms = innovation_sizes(slot_d, prediction, y);
-    Vector<Scalar, p> limits;
-    kernel::scale(limits, finest_innovation<Scalar>, kernel::diagonal(R));
-    for (int i = 0; i < p; ++i) fine &= terms(i) <= limits(i);
-    if (!fine) fine = moves_little<Scalar, n, p>(gain, terms, limits, x, Scalar(16));
+    for (int i = 0; i < p; ++i) fine &= terms(i) <= finest_innovation<Scalar> * R(i, i);
+    if (fine && !is_diagonal(R)) {
+      const Vector<Scalar, p> alone = conditional_variances<Scalar, p>(R);
+      for (int i = 0; i < p; ++i) fine &= terms(i) <= finest_innovation<Scalar> * alone(i);
+    }
   }
-  if constexpr (Rule::symmetric)
-    growth += condition;
-  else
-    growth = condition;
-  const bool held = has_digits<Rule>(N, P, growth, spread, report.rounding);
+  const bool held = has_digits<Rule>(P, N, sizes, condition, report.rounding);
   if constexpr (Rule::symmetric) kernel::mirror(P);
   return held && fine && all_finite(x);
 }
@@ -87,20 +88,24 @@ template <typename Rule, typename Model, typename Belief, typename At, typename 
 [[nodiscard]] Status one_pass_predict(const Rule& rule, const Model& model, const Belief& prior, const At& at,
                                       Belief& next, const Observer& observer = {}) {
   using Scalar = typename Belief::Scalar;
-  const Status status = predict_into(rule, model.dynamics, model.noise, prior, at, next.x, next.P, observer);
+  const auto in_two = [&] {
+    StepReport<Scalar, Belief::states, 1> report;
+    commit(next, plain_in_two<true>(rule, model, prior, at, Unobserved{}, at, report));
+    return report.status;
+  };
+  if constexpr (Rule::symmetric) {
+    if (is_extended(prior)) return in_two();
+  }
+  Scalar rounding = 0;
+  SizesOf<Rule, Scalar, Belief::states> sizes;
+  const Status status =
+      predict_into(rule, model.dynamics, model.noise, prior, at, next.x, next.P, sizes, observer);
   if (status != Status::ok) return status;
-  Scalar growth = 1, spread = 0, rounding = 0;
-  if constexpr (Rule::symmetric) growth = spread_of(prior);
-  const bool held = has_digits<Rule>(next.P, next.P, growth, spread, rounding);
-  note_spread(next, spread);
+  const bool held = has_digits<Rule>(next.P, next.P, sizes, Scalar(1), rounding);
   if (held && all_finite(next.x) && all_finite(prior.x)) return Status::ok;
   const Status why = diagnose_prediction(rule, model, prior, next.x, next.P, at);
   if constexpr (Rule::symmetric) {
-    if (why == Status::covariance_lost) {
-      StepReport<Scalar, Belief::states, 1> report;
-      commit(next, plain_in_two<true>(rule, model, prior, at, Unobserved{}, at, report));
-      return report.status;
-    }
+    if (why == Status::covariance_lost) return in_two();
   }
   return why;
 }
@@ -109,10 +114,10 @@ template <typename Rule, typename Belief, typename Sample, typename Report, type
 void one_pass_correct(const Rule& rule, const Belief& prior, const Sample& sample, Belief& next,
                       Report& report, const Observer& observer = {}) {
   using Scalar = typename Belief::Scalar;
-  Scalar spread = 0;
-  const bool done = update_into(rule, sample.sensor, prior.x, prior.P, Scalar(1), sample.y, sample.at,
-                                sample.gate, report, next.x, next.P, spread, observer);
-  note_spread(next, spread);
+  const Vector<Scalar, Belief::states> sizes = kernel::diagonal(prior.P);
+  const bool done =
+      !is_extended(prior) && update_into(rule, sample.sensor, prior.x, prior.P, sizes, sample.y, sample.at,
+                                         sample.gate, report, next.x, next.P, observer);
   if (!done) commit(next, again<false>(rule, Unobserved{}, prior, sample.at, sample, sample.at, report));
 }
 
@@ -125,28 +130,27 @@ template <typename Rule, typename Model, typename Belief, typename Sample, typen
                                                       Report& report, const Observer& observer = {}) {
   using Scalar = typename Belief::Scalar;
   constexpr int n = Belief::states;
+  if (is_extended(prior)) return false;
   Vector<Scalar, n> prediction;
   Matrix<Scalar, n, n> N;
-  if (predict_into(rule, model.dynamics, model.noise, prior, sample.at, prediction, N, observer) !=
+  SizesOf<Rule, Scalar, n> sizes;
+  if (predict_into(rule, model.dynamics, model.noise, prior, sample.at, prediction, N, sizes, observer) !=
       Status::ok)
     return false;
-  Scalar growth = 1, spread = 0;
-  if constexpr (Rule::symmetric) growth = spread_of(prior);
   bool done = false;
   if constexpr (n <= 3) {  // apart from the belief, in registers
     Vector<Scalar, n> x;
     Matrix<Scalar, n, n> P;
     kernel::assign(x, prior.x);
     kernel::assign(P, prior.P);
-    done = update_into(rule, sample.sensor, prediction, N, growth, sample.y, end_of(sample.at), sample.gate,
-                       report, x, P, spread, observer);
+    done = update_into(rule, sample.sensor, prediction, N, sizes, sample.y, end_of(sample.at), sample.gate,
+                       report, x, P, observer);
     kernel::assign(next.x, x);
     kernel::assign(next.P, P);
   } else {
-    done = update_into(rule, sample.sensor, prediction, N, growth, sample.y, end_of(sample.at), sample.gate,
-                       report, next.x, next.P, spread, observer);
+    done = update_into(rule, sample.sensor, prediction, N, sizes, sample.y, end_of(sample.at), sample.gate,
+                       report, next.x, next.P, observer);
   }
-  note_spread(next, spread);
   return done;
 }
 
@@ -196,8 +200,7 @@ struct OnePass : Rule_ {
   template <typename Model, typename Scalar, int m, typename Belief>
   [[nodiscard]] Status start(const Model& model, const Estimate<Scalar, m>& given, Belief& belief) const {
     static_assert(m == Belief::states, "jml: the estimate has not as many states as the dynamics");
-    static_cast<Estimate<Scalar, m>&>(belief) = given;
-    detail::note_spread(belief, Scalar(0));
+    belief = Belief(given);
     const Status status = check_estimate(rule(), given);
     return status == Status::ok ? model.status() : status;
   }

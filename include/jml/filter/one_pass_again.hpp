@@ -28,26 +28,36 @@ JML_NOINLINE Status diagnose_prediction(const Rule& rule, const Model& model,
   return model_finite ? Status::covariance_lost : Status::dynamics_not_finite;
 }
 
-/// The digits that the prior x was stored in suffice for a measurement this fine: an ε of x moves no state by
-/// more than 5e-7 deviations or by 32 ε of the largest. A difference that is not formed in all digits, of a
-/// nonlinear m, is what its sensor says it is.
+/// How fine a measurement is for the digits of x.
+enum class Fineness : std::uint8_t {
+  coarse,    ///< an ε of H x is less than 1e-7 of its deviation
+  fine,      ///< more, but moves no state by more than 32 ε of itself
+  too_fine,  ///< more: x has to have more digits
+};
+/// Of a linear m; a difference from a nonlinear one is what its sensor says it is.
 template <typename Rule, typename Sample, typename At, typename Scalar, int n, typename Report>
-[[nodiscard]] bool fine_enough(const Rule& rule, const Sample& sample, const At& at,
-                               const Vector<Scalar, n>& prior, const ExtendedStep<Scalar>& two,
-                               const Report& report) {
+[[nodiscard]] Fineness fineness(const Rule& rule, const Sample& sample, const At& at,
+                                const Vector<Scalar, n>& prior, const ExtendedStep<Scalar>& two,
+                                const Report& report) {
   constexpr int p = Sample::measurements;
   using S = std::remove_cvref_t<decltype(sample.sensor)>;
   if constexpr (SensorTraits<S>::linear) {
-    Vector<Scalar, n> x;
-    for (int i = 0; i < n; ++i) x(i) = in_two<Scalar>(two.x(i)).high;
-    const Matrix<Scalar, p, p> R = noise_covariance(sample.sensor, prior, at);
+    const Vector<Scalar, p> R = conditional_variances(noise_covariance(sample.sensor, prior, at));
     const Matrix<Scalar, p, n> H = sensor_slot<Rule::D>(rule, sample.sensor, prior, prior, at);
-    const Vector<Scalar, p> terms = innovation_sizes(H, prior, kernel::zeros<Vector<Scalar, p>>());
-    Vector<Scalar, p> limits;
-    kernel::scale(limits, Scalar(25) * finest_innovation<Scalar>, kernel::diagonal(R));
-    return moves_little<Scalar, n, p>(report.gain, terms, limits, x, Scalar(32));
+    const Vector<Scalar, p> terms = innovation_sizes(H, prior, sample.y);
+    Fineness out = Fineness::coarse;
+    for (int j = 0; j < n; ++j) {
+      Scalar moved = 0;
+      for (int i = 0; i < p; ++i) {
+        if (terms(i) <= finest_innovation<Scalar> * R(i)) continue;
+        moved += std::abs(report.gain(j, i)) * std::sqrt(terms(i));
+        out = out == Fineness::coarse ? Fineness::fine : out;
+      }
+      if (!(moved <= Scalar(32) * std::abs(in_two<Scalar>(two.x(j)).high))) out = Fineness::too_fine;
+    }
+    return out;
   } else {
-    return true;
+    return Fineness::coarse;
   }
 }
 
@@ -65,10 +75,18 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
   ExtendedMemory<Scalar, n, q, p> memory;
   ExtendedStep<Scalar> two(memory);
   report.redone = true;
+  bool fine = p == 0 && is_extended(prior);  // for all that a prediction knows
   const auto begin = [&]() -> Status {
     if (!all_finite(prior.P)) return Status::invalid_covariance;
-    if (!two.load(prior.P.data())) return Status::covariance_lost;  // indefinite already
-    two.load_state(prior.x.data(), nullptr);
+    const Scalar *x_low = nullptr, *P_low = nullptr;
+    if (is_extended(prior)) {
+      if constexpr (requires { prior.P_low; }) {
+        x_low = prior.x_low.data();
+        P_low = prior.P_low.data();
+      }
+    }
+    if (!two.load(prior.P.data(), P_low)) return Status::covariance_lost;  // indefinite already
+    two.load_state(prior.x.data(), x_low);
     if constexpr (moves) return predict_in_two(rule, model, prior.x, at, two);
     return Status::ok;
   };
@@ -80,21 +98,33 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
     correct_in_two(rule, sample, at_y, two, report, rows);
     if (report.status == Status::ok && report.gate == Verdict::rejected) report.status = begin();
     if (report.status != Status::ok) return prior;
-    if (!fine_enough(rule, sample, at_y, prior.x, two, report))
+    const Fineness found = fineness(rule, sample, at_y, prior.x, two, report);
+    if (found == Fineness::too_fine && !is_extended(prior))
       return report.status = Status::accuracy_not_met, prior;
+    fine = found != Fineness::coarse;
   }
   constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
   const Scalar now = two.magnification_of_now(), spread = now * now;
   report.rounding = epsilon * spread;
-  if (!two.finite() || !(report.rounding <= worst_error<Scalar> / Scalar(8)) ||
+  if (!two.finite() || two.underflows() || !(report.rounding <= worst_error<Scalar> / Scalar(8)) ||
       !(two.magnification() <= plain_error<Scalar> / extended_epsilon<Scalar>))
     return report.status = Status::covariance_lost, prior;
   Belief next = prior;
+  const bool extended = fine || two.combines() || report.rounding > plain_error<Scalar> / Scalar(100);
   for (int i = 0; i < n; ++i) {
     next.x(i) = in_two<Scalar>(two.x(i)).high;
-    for (int j = 0; j <= i; ++j) next.P(i, j) = next.P(j, i) = in_two<Scalar>(two.P(i, j)).high;
+    for (int j = 0; j <= i; ++j) {
+      next.P(i, j) = next.P(j, i) = in_two<Scalar>(two.P(i, j)).high;
+    }
   }
   if (!all_finite(next.P)) return report.status = Status::covariance_lost, prior;  // an overflow
+  if constexpr (requires { next.P_low; }) {
+    next.extended = extended;
+    for (int i = 0; i < n && extended; ++i) {
+      next.x_low(i) = in_two<Scalar>(two.x(i)).low;
+      for (int j = 0; j <= i; ++j) next.P_low(i, j) = next.P_low(j, i) = in_two<Scalar>(two.P(i, j)).low;
+    }
+  }
   note_spread(next, spread);
   return next;
 }
@@ -188,7 +218,9 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
   Vector<Scalar, Belief::states> x = prior.x;
   Matrix<Scalar, Belief::states, Belief::states> N = prior.P;
   report.status = Status::ok;
-  if constexpr (moves) report.status = predict_into(rule, model.dynamics, model.noise, prior, at, x, N);
+  NoSizes sizes;
+  if constexpr (moves)
+    report.status = predict_into(rule, model.dynamics, model.noise, prior, at, x, N, sizes);
   if (report.status == Status::ok) report.status = diagnose_correction(rule, sample, x, N, at_y);
   if constexpr (moves) {
     if (report.status == Status::invalid_covariance || report.status == Status::invalid_state)

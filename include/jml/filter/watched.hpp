@@ -1,23 +1,41 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The belief of a symmetric rule in the plain form: x and P, and how far P is from singular.
+/// Whether P of the plain form has digits left; and a belief that keeps how far its P is from singular.
 #pragma once
 
 #include <jml/estimate.hpp>
+#include <jml/factors.hpp>
 #include <jml/rounding.hpp>
 
 namespace jml {
 
-/// An estimate by a symmetric rule, and how far its P is from singular.
+/// An estimate by a symmetric rule in the plain form: x and P, which may be the rounded parts of numbers with
+/// twice as many digits.
 template <typename Scalar, int n>
 struct WatchedEstimate : Estimate<Scalar, n> {
-  Scalar spread = 0;  ///< largest variance over its Cholesky pivot, ≥ 1; 0: not known yet
+  bool extended = false;  ///< x_low and P_low hold digits; else they are not to be read
+  Scalar spread = 0;      ///< of an iterated rule: largest variance over its pivot, ≥ 1; 0: not known yet
+  Vector<Scalar, n> x_low;
+  Matrix<Scalar, n, n> P_low;
+
+  WatchedEstimate() = default;
+  explicit WatchedEstimate(const Estimate<Scalar, n>& estimate) : Estimate<Scalar, n>(estimate) {}
+  WatchedEstimate(const WatchedEstimate& other) : Estimate<Scalar, n>(other) { take(other); }
+  WatchedEstimate& operator=(const WatchedEstimate& other) {
+    take(other);
+    return *this;
+  }
 
   /// *this = next, part by part: what was just stored in pieces is slow to load back as a whole.
   JML_INLINE void take(const WatchedEstimate& next) {
     kernel::assign(this->x, next.x);
     kernel::assign(this->P, next.P);
+    extended = next.extended;
     spread = next.spread;
+    if (next.extended) {
+      kernel::assign(x_low, next.x_low);
+      kernel::assign(P_low, next.P_low);
+    }
   }
 };
 
@@ -25,8 +43,8 @@ namespace detail {
 
 template <typename Scalar, int n>
 JML_NOINLINE Scalar find_spread(const Matrix<Scalar, n, n>& P) {
-  const Pivots<Scalar> found = pivots_with_zeros<Scalar, n>(P, P);
-  return found.positive ? found.spread : std::numeric_limits<Scalar>::infinity();
+  const Pivots<Scalar> found = pivots_with_zeros<Scalar, n>(P, kernel::diagonal(P));
+  return found.positive ? found.loss : std::numeric_limits<Scalar>::infinity();
 }
 template <typename Scalar, int n>
 [[nodiscard]] Scalar spread_of(const Estimate<Scalar, n>& estimate) {
@@ -43,6 +61,29 @@ JML_INLINE inline void note_spread(WatchedEstimate<Scalar, n>& estimate, Scalar 
   estimate.spread = spread;
 }
 
+template <typename Scalar, int n>
+[[nodiscard]] JML_INLINE inline bool is_extended(const Estimate<Scalar, n>&) {
+  return false;
+}
+template <typename Scalar, int n>
+[[nodiscard]] JML_INLINE inline bool is_extended(const WatchedEstimate<Scalar, n>& estimate) {
+  return estimate.extended;
+}
+
+/// The variance of each row of a measurement given the others, 1/(R⁻¹)_ii; zero where R is singular.
+template <typename Scalar, int p>
+[[nodiscard]] JML_NOINLINE Vector<Scalar, p> conditional_variances(Matrix<Scalar, p, p> R) {
+  Vector<Scalar, p> out = kernel::diagonal(R);
+  kernel::SymmetricFactor<Scalar, p> factor;
+  if (is_diagonal(R)) return out;
+  const bool regular = factor.factor(R);
+  for (int i = 0; i < p; ++i)
+    out(i) = regular
+                 ? Scalar(1) / factor.solve(kernel::column_of(kernel::identity<Matrix<Scalar, p, p>>(), i))(i)
+                 : Scalar(0);
+  return out;
+}
+
 /// The largest |N_ii| over |P_ii|, where N_ii is not zero.
 template <typename Scalar, int n>
 [[nodiscard]] JML_INLINE inline Scalar largest_loss(const Matrix<Scalar, n, n>& N,
@@ -55,20 +96,19 @@ template <typename Scalar, int n>
   return most;
 }
 
-/// P is a covariance, or of a nonsymmetric rule a Riccati matrix, with digits left: what it came from is N,
-/// in which rounding had grown by `growth`.
-template <typename Rule, typename Scalar, int n>
-[[nodiscard]] JML_INLINE inline bool has_digits(const Matrix<Scalar, n, n>& N, const Matrix<Scalar, n, n>& P,
-                                                Scalar growth, Scalar& spread, Scalar& rounding) {
+/// P has digits left. Of a symmetric rule: it is a covariance, what it came from has `sizes`, squared, and
+/// the S of its correction the condition `condition`; of another one it came from N.
+template <typename Rule, typename Scalar, int n, typename Sizes>
+[[nodiscard]] JML_INLINE inline bool has_digits(const Matrix<Scalar, n, n>& P, const Matrix<Scalar, n, n>& N,
+                                                const Sizes& sizes, Scalar condition, Scalar& rounding) {
   constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
   if constexpr (Rule::symmetric) {
-    Pivots<Scalar> found = pivots_of(P, N);
-    if (!found.positive) found = pivots_with_zeros<Scalar, n>(P, N);
-    spread = found.spread;
-    rounding = epsilon * (growth * found.loss);
+    Pivots<Scalar> found = pivots_of(P, sizes);
+    if (!found.positive) found = pivots_with_zeros<Scalar, n>(P, sizes);
+    rounding = epsilon * (condition * found.loss);
     return found.positive && rounding <= plain_error<Scalar>;
   } else {
-    rounding = epsilon * (growth * largest_loss(N, P));
+    rounding = epsilon * (condition * largest_loss(N, P));
     return rounding <= plain_error<Scalar> && all_finite(P);
   }
 }

@@ -29,6 +29,7 @@ template <typename Belief, typename Scalar, int n>
     for (int j = 0; j < n; ++j) belief.P(i, j) *= by.kept(i) * by.kept(j);
     belief.P(i, i) += by.added(i);
   }
+  if constexpr (requires { belief.P_low; }) belief.extended = false;
   note_spread(belief, Scalar(0));
   return Status::ok;
 }

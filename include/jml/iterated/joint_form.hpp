@@ -197,7 +197,8 @@ template <Extent extent = Extent::all, typename Rule, typename D, typename S, ty
     }
     if (!judge(gate, report)) return void(answer(Status::innovation_indefinite));
     if (report.gate == Verdict::rejected) {
-      report.status = predict_into(rule.inner, d, process_noise, prior, at, x, P);
+      NoSizes sizes;
+      report.status = predict_into(rule.inner, d, process_noise, prior, at, x, P, sizes);
       if (report.status != Status::ok) return;
       bool held = all_finite(x) && all_finite(P);
       if constexpr (Inner::symmetric) {

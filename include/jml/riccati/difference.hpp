@@ -12,6 +12,7 @@
 #include <jml/factors.hpp>
 #include <jml/riccati/gain_rule.hpp>
 #include <jml/riccati/process_noise.hpp>
+#include <jml/strips.hpp>
 
 namespace jml {
 
@@ -103,14 +104,18 @@ consteval bool require_linear_if_kalman() {
   return true;
 }
 
+/// Nobody asks for the sizes of what N came from.
+struct NoSizes {};
+
 /// predict() into the caller's x̄ and N, which are touched on refusal too and not asked to be finite: a NaN
 /// goes through every later line, so the hot path looks for it once, at its end, and only then asks where it
-/// came from.
-template <typename Rule, typename D, typename Scalar, int n, typename At, typename Observer = Unobserved>
+/// came from. `sizes`: Σ A² P_jj + (G Q Gᵀ)_ii, which is more than N_ii where that cancels.
+template <typename Rule, typename D, typename Scalar, int n, typename At, typename Sizes,
+          typename Observer = Unobserved>
 JML_INLINE inline Status predict_into(const Rule& rule, const D& d,
                                       const ProcessNoise<Scalar, D>& process_noise,
                                       const Estimate<Scalar, n>& prior, const At& at, Vector<Scalar, n>& x,
-                                      Matrix<Scalar, n, n>& N, const Observer& observer = {}) {
+                                      Matrix<Scalar, n, n>& N, Sizes& sizes, const Observer& observer = {}) {
   kernel::assign(x, predicted_state(d, prior.x, at));
   const Vector<Scalar, n>& point = Rule::evaluated_at == EvaluatedAt::estimate ? prior.x : x;
   const Matrix<Scalar, n, n> A = dynamics_slot<Rule::A>(rule, d, point, prior.x, at);
@@ -118,6 +123,10 @@ JML_INLINE inline Status predict_into(const Rule& rule, const D& d,
   Matrix<Scalar, n, n> AP;
   kernel::product(A, prior.P, AP);  // A P
   const bool valid = process_noise.with(d, prior.x, at, [&](const Matrix<Scalar, n, n>& noise) JML_INLINE {
+    if constexpr (!std::is_same_v<Sizes, NoSizes>) {
+      kernel::assign(sizes, kernel::diagonal(noise));
+      kernel::add_weighted_squares(A, kernel::diagonal(prior.P), sizes);
+    }
     if constexpr (Rule::symmetric) {
       kernel::add_symmetric_product<1>(noise, AP, A, N);  // N = A P Aᵀ + G Q Gᵀ
     } else {
