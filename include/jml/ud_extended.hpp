@@ -38,12 +38,11 @@ struct ExtendedUd {
   T& u(int i, int j) const { return U[i + j * n]; }
 
   /// From the upper triangle of a dense P in U; an infinite variance asks for zeros beside it. `epsilon`: of
-  /// the numbers that P was given in; a pivot below their rounding is zero. False where P is indefinite.
+  /// the numbers that P was given in; a pivot below their rounding, as it has grown on the way, is zero.
+  /// False where P is indefinite.
   [[nodiscard]] bool factor(Scalar epsilon) const {
-    const Scalar slack = Scalar(8 * n) * epsilon;
-    for (int j = 0; j < n; ++j) {  // the variances, kept beside for the tests
-      D[j] = u(j, j);
-    }
+    const Scalar slack = Scalar(2 * n) * epsilon;
+    for (int j = 0; j < n; ++j) D[j] = u(j, j);  // of what pivot j comes from: P_jj + Σ u_jk² D_k
     for (int j = n - 1; j >= 0; --j) {
       const T pivot = u(j, j);
       if (!(upper(pivot) >= -slack * size_of(D[j]))) return false;
@@ -53,8 +52,12 @@ struct ExtendedUd {
         for (int i = 0; i < j; ++i) u(i, j) = T(0);
         continue;
       }
+      for (int i = 0; i < j; ++i) {
+        u(i, j) = u(i, j) / pivot;
+        const T size = T(size_of(u(i, j))) * T(size_of(u(i, j))) * D[j];
+        if (!infinite(D[i])) D[i] = D[i] + size;
+      }
       D[j] = pivot;
-      for (int i = 0; i < j; ++i) u(i, j) = u(i, j) / pivot;
       for (int k = 0; k < j; ++k) {
         if (size_of(u(k, j)) == Scalar(0)) continue;  // beside an infinite variance too
         const T part = u(k, j) * pivot;

@@ -65,9 +65,8 @@ class ExtendedStep {
   /// it. False where it is indefinite.
   [[nodiscard]] bool load(const Scalar* P, const Scalar* low = nullptr) {
     for (int i = 0; i < n_ * n_; ++i) ud_.U[i] = low != nullptr ? as_one(P[i], low[i]) : T(P[i]);
-    // Of a singular P its own rounding, grown in the elimination, is no pivot.
     constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
-    const bool valid = ud_.factor(Scalar(128) * (low != nullptr ? extended_epsilon<Scalar> : epsilon));
+    const bool valid = ud_.factor(low != nullptr ? extended_epsilon<Scalar> : epsilon);
     ud_.deviations(size_);
     return valid;
   }
