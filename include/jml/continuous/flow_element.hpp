@@ -12,6 +12,7 @@
 
 #include <jml/riccati/differential.hpp>
 #include <jml/riccati/gain_rule.hpp>
+#include <jml/solve/runge_kutta.hpp>
 
 namespace jml::detail {
 

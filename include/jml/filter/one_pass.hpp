@@ -201,6 +201,7 @@ struct OnePass : Rule_ {
   [[nodiscard]] Status start(const Model& model, const Estimate<Scalar, m>& given, Belief& belief) const {
     static_assert(m == Belief::states, "jml: the estimate has not as many states as the dynamics");
     belief = Belief(given);
+    if constexpr (requires { belief.exact; }) belief.exact = true;
     const Status status = check_estimate(rule(), given);
     return status == Status::ok ? model.status() : status;
   }

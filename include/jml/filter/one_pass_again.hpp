@@ -31,7 +31,7 @@ JML_NOINLINE Status diagnose_prediction(const Rule& rule, const Model& model,
 /// How fine a measurement is for the digits of x.
 enum class Fineness : std::uint8_t {
   coarse,    ///< an ε of H x is less than 1e-7 of its deviation
-  fine,      ///< more, but moves no state by more than 32 ε of itself
+  fine,      ///< more, but moves no state by more than 8 ε of itself
   too_fine,  ///< more: x has to have more digits
 };
 /// Of a linear m; a difference from a nonlinear one is what its sensor says it is.
@@ -53,7 +53,7 @@ template <typename Rule, typename Sample, typename At, typename Scalar, int n, t
         moved += std::abs(report.gain(j, i)) * std::sqrt(terms(i));
         out = out == Fineness::coarse ? Fineness::fine : out;
       }
-      if (!(moved <= Scalar(32) * std::abs(in_two<Scalar>(two.x(j)).high))) out = Fineness::too_fine;
+      if (!(moved <= Scalar(8) * std::abs(in_two<Scalar>(two.x(j)).high))) out = Fineness::too_fine;
     }
     return out;
   } else {
@@ -75,7 +75,9 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
   ExtendedMemory<Scalar, n, q, p> memory;
   ExtendedStep<Scalar> two(memory);
   report.redone = true;
-  bool fine = p == 0 && is_extended(prior);  // for all that a prediction knows
+  bool fine = false, exact = is_exact(prior);
+  if constexpr (requires { prior.fine; }) fine = prior.fine;
+  if constexpr (moves) exact = exact && DynamicsTraits<std::remove_cvref_t<decltype(model.dynamics)>>::linear;
   const auto begin = [&]() -> Status {
     if (!all_finite(prior.P)) return Status::invalid_covariance;
     const Scalar *x_low = nullptr, *P_low = nullptr;
@@ -99,9 +101,8 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
     if (report.status == Status::ok && report.gate == Verdict::rejected) report.status = begin();
     if (report.status != Status::ok) return prior;
     const Fineness found = fineness(rule, sample, at_y, prior.x, two, report);
-    if (found == Fineness::too_fine && !is_extended(prior))
-      return report.status = Status::accuracy_not_met, prior;
-    fine = found != Fineness::coarse;
+    if (found == Fineness::too_fine && !exact) return report.status = Status::accuracy_not_met, prior;
+    fine = fine || found != Fineness::coarse;
   }
   constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
   const Scalar now = two.magnification_of_now(), spread = now * now;
@@ -120,6 +121,8 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
   if (!all_finite(next.P)) return report.status = Status::covariance_lost, prior;  // an overflow
   if constexpr (requires { next.P_low; }) {
     next.extended = extended;
+    next.exact = extended && exact;
+    next.fine = fine;
     for (int i = 0; i < n && extended; ++i) {
       next.x_low(i) = in_two<Scalar>(two.x(i)).low;
       for (int j = 0; j <= i; ++j) next.P_low(i, j) = next.P_low(j, i) = in_two<Scalar>(two.P(i, j)).low;

@@ -14,6 +14,8 @@ namespace jml {
 template <typename Scalar, int n>
 struct WatchedEstimate : Estimate<Scalar, n> {
   bool extended = false;  ///< x_low and P_low hold digits; else they are not to be read
+  bool exact = false;     ///< x, with x_low, has never been rounded to Scalar
+  bool fine = false;      ///< a measurement has asked for more digits of x: they are kept from then on
   Scalar spread = 0;      ///< of an iterated rule: largest variance over its pivot, ≥ 1; 0: not known yet
   Vector<Scalar, n> x_low;
   Matrix<Scalar, n, n> P_low;
@@ -31,6 +33,8 @@ struct WatchedEstimate : Estimate<Scalar, n> {
     kernel::assign(this->x, next.x);
     kernel::assign(this->P, next.P);
     extended = next.extended;
+    exact = next.exact;
+    fine = next.fine;
     spread = next.spread;
     if (next.extended) {
       kernel::assign(x_low, next.x_low);
@@ -68,6 +72,16 @@ template <typename Scalar, int n>
 template <typename Scalar, int n>
 [[nodiscard]] JML_INLINE inline bool is_extended(const WatchedEstimate<Scalar, n>& estimate) {
   return estimate.extended;
+}
+
+/// x of a belief without low parts is what it was rounded to.
+template <typename Scalar, int n>
+[[nodiscard]] JML_INLINE inline bool is_exact(const Estimate<Scalar, n>&) {
+  return false;
+}
+template <typename Scalar, int n>
+[[nodiscard]] JML_INLINE inline bool is_exact(const WatchedEstimate<Scalar, n>& estimate) {
+  return estimate.exact;
 }
 
 /// The variance of each row of a measurement given the others, 1/(R⁻¹)_ii; zero where R is singular.
