@@ -7,6 +7,9 @@
 
 namespace jml {
 
+/// Says of a belief that what it begins with is written before it is read, and need not be zeros.
+struct Scratch {};
+
 /// A state estimate and its Riccati matrix.
 ///
 /// x: n, in the units of the model. P: n×n. For the symmetric rules (Kalman, EKF, SDDRE) P is the
@@ -23,6 +26,12 @@ struct Estimate {
   Matrix<Scalar, n, n> P = kernel::zeros<Matrix<Scalar, n, n>>();
 
   Estimate() = default;
+  explicit Estimate(Scratch) : x(), P() {
+    if constexpr (n <= 3) {  // in registers, where a zero costs nothing and clears what was there
+      kernel::set_zero(x);
+      kernel::set_zero(P);
+    }
+  }
   explicit Estimate(const Argument<Scalar, n>& state) : x(state) {}
   Estimate(const Argument<Scalar, n>& state, const Argument<Scalar, n, n>& covariance)
       : x(state), P(covariance) {}

@@ -85,14 +85,14 @@ template <typename Scalar, int n>
         });
         const Scalar inverse = column(j), size = from(j);
         kernel::Strip<Scalar, n>::each_from(j, [&](int i, auto entry) JML_INLINE {
+          auto other = entry;
           entry.load(&L(i, j));
           entry.scale(inverse);
           entry.store(&scaled(i, j));
-          auto square = entry, sizes = entry;
-          square.multiply(entry);
-          sizes.load(&from(i));
-          sizes.add(square, size);
-          sizes.store(&from(i));
+          other.load(&from(i));
+          entry.multiply(entry);
+          other.add(entry, size);
+          other.store(&from(i));
         });
       }
     }

@@ -252,7 +252,7 @@ JML_INLINE inline void add_weighted_squares(const Matrix<Scalar, n, n>& a, const
     Strip<Scalar, n>::each(n, [&](int i, auto sum) JML_INLINE {
       auto entry = sum, weighted = sum;
       sum.load(&out(i));
-      for (int j = 0; j < n; ++j) {
+      JML_TWICE for (int j = 0; j < n; ++j) {
         entry.load(&a(i, j));
         weighted = entry;
         weighted.scale(weights(j));

@@ -44,6 +44,9 @@ struct FactoredBelief : UdFactors<Scalar_, n> {
   Vector<Scalar, n> x_low = kernel::zeros<Vector<Scalar, n>>(), D_low = x_low;
   Matrix<Scalar, n, n> U_low = kernel::zeros<Matrix<Scalar, n, n>>();
 
+  FactoredBelief() = default;
+  explicit FactoredBelief(Scratch) : x_low(), D_low(), U_low() {}
+
   /// *this = next.
   JML_INLINE void take(const FactoredBelief& next) {
     kernel::assign(x, next.x);

@@ -216,6 +216,8 @@ class FilterCore {
   [[nodiscard]] JML_INLINE Belief fresh() const {
     if constexpr (begins_as_prior<Method>())
       return belief;
+    else if constexpr (std::is_constructible_v<Belief, Scratch>)
+      return Belief(Scratch{});
     else
       return Belief{};
   }

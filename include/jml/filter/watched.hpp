@@ -20,9 +20,14 @@ struct WatchedEstimate : Estimate<Scalar, n> {
   Vector<Scalar, n> x_low;
   Matrix<Scalar, n, n> P_low;
 
-  WatchedEstimate() = default;
-  explicit WatchedEstimate(const Estimate<Scalar, n>& estimate) : Estimate<Scalar, n>(estimate) {}
-  WatchedEstimate(const WatchedEstimate& other) : Estimate<Scalar, n>(other) { take(other); }
+  WatchedEstimate()
+      : x_low(kernel::zeros<Vector<Scalar, n>>()), P_low(kernel::zeros<Matrix<Scalar, n, n>>()) {}
+  explicit WatchedEstimate(Scratch scratch) : Estimate<Scalar, n>(scratch) {}
+  explicit WatchedEstimate(const Estimate<Scalar, n>& estimate) : WatchedEstimate() {
+    kernel::assign(this->x, estimate.x);
+    kernel::assign(this->P, estimate.P);
+  }
+  WatchedEstimate(const WatchedEstimate& other) : WatchedEstimate() { take(other); }
   WatchedEstimate& operator=(const WatchedEstimate& other) {
     take(other);
     return *this;
