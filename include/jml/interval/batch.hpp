@@ -5,6 +5,7 @@
 #pragma once
 
 #include <jml/filter/filter.hpp>
+#include <jml/interval/fineness.hpp>
 #include <jml/interval/minimise.hpp>
 #include <jml/interval/recording.hpp>
 #include <jml/interval/start.hpp>
@@ -108,7 +109,15 @@ class Batch : public Filter<Recorder<List>, D, Scalar_> {
     if (report.status != Status::ok) return report;
     if (start == Start::filter) detail::start_at_filter(store());
     if (start == Start::prediction) detail::start_at_prediction(store());
-    return detail::minimise(store(), options, false, false);
+    report = detail::minimise(store(), options, false, false);
+    for (int j = 0; j <= steps(); ++j) {
+      const auto at = end_of(store().node(j).at());
+      store().visit(j, [&](const auto& record) {
+        if (usable(report.status) && detail::too_fine(record.sensor, x(j), record.y, at))
+          report.status = Status::accuracy_not_met;
+      });
+    }
+    return report;
   }
 
   [[nodiscard]] int steps() const { return store().last(); }  ///< nodes 0 … steps()

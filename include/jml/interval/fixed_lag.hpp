@@ -11,6 +11,7 @@
 #include <jml/filter/filter.hpp>
 #include <jml/filter/one_pass.hpp>
 #include <jml/filter/when.hpp>
+#include <jml/interval/fineness.hpp>
 #include <jml/interval/minimise.hpp>
 #include <jml/interval/window.hpp>
 
@@ -193,6 +194,7 @@ struct FixedLag {
       report.innovation = measurement_residual(sensor, y, measurement(sensor, x, at));
       const Matrix<Scalar, p, states_of<typename Belief::Dynamics>> m_x = measurement_jacobian(sensor, x, at);
       if (!all_finite(report.innovation) || !all_finite(m_x)) return answer(Status::sensor_not_finite);
+      if (detail::too_fine(sensor, x, y, at)) return answer(Status::accuracy_not_met);
       if (node == window.depth() && (options.judge || !gate.off())) {
         if (!gate.valid()) return answer(Status::invalid_option);
         const auto R = noise_covariance(sensor, x, at);

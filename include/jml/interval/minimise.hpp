@@ -132,7 +132,11 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
     }
     const Scalar cost = infeasible ? sweep.template forward<true>(step) : sweep.template forward<false>(step);
     defined = defined || std::isfinite(cost);
+    // J is right to `rounding` by its own sum, and to less where an ε of some y is a share of its deviation:
+    // a step that promises no more than that is taken for what the linearised problem says it is.
+    constexpr Scalar share = std::is_same_v<Scalar, float> ? Scalar(1e-4) : Scalar(1e-6);
     const Scalar rounding = Scalar(16) * epsilon * std::abs(report.cost) * std::sqrt(unknowns);
+    const Scalar noise = share * (Scalar(1) + std::abs(report.cost));
     if (infeasible) {
       report.cost = std::isfinite(cost) ? cost : sweep.predict();
       if (!std::isfinite(report.cost)) return report.status = sweep.diagnose(), report;
@@ -140,7 +144,8 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
       infeasible = false;
       known = true;
       newton = options.newton;
-    } else if (cost <= report.cost + rounding) {
+    } else if (cost <= report.cost + rounding ||
+               (sums.decrease <= noise && cost <= report.cost + noise && damping == Scalar(0))) {
       const Scalar model = sums.decrease + damping * step / Scalar(2);
       const Scalar ratio = model <= rounding ? Scalar(1) : (report.cost - cost) / model;
       before = sums.decrease;

@@ -16,6 +16,7 @@
 
 #include <jml/filter/factored.hpp>
 #include <jml/filter/filter.hpp>
+#include <jml/interval/fineness.hpp>
 #include <jml/interval/smoother_memory.hpp>
 
 namespace jml {
@@ -88,17 +89,14 @@ struct Remembering {
     typename Belief::Record record;
     typename Belief::Filtered next{};
     Status status = Status::ok;
-    bool unused = false;
-    if constexpr (Belief::factored) {
+    bool moved = false, unused = false;
+    if constexpr (Belief::factored)
       status = method.predict(memory.model, memory.filtered(), at, next);
-      const auto& x = Rule::evaluated_at == EvaluatedAt::estimate ? memory.x() : next.x;
-      if (usable(status))
-        record.transition = dynamics_slot<Rule::A>(rule(), memory.dynamics(), x, memory.x(), at);
-    } else {
+    else
       status = detail::one_pass_predict(rule(), memory.model, memory.filtered(), at, next,
-                                        detail::SmootherObserver<decltype(record)>{record, unused});
-    }
+                                        detail::SmootherObserver<decltype(record)>{record, moved, unused});
     if (!usable(status)) return status;
+    if (!moved) note_step(memory, record, next.x, at);
     if (!memory.form(record, at)) return Status::invalid_disturbance_covariance;
     record.prediction = next.x;
     memory.keep(memory.last + 1, record, next, end_of(at).time);
@@ -109,18 +107,19 @@ struct Remembering {
     auto record = memory.node(memory.last).record;
     if (memory.last == 0) record.prediction = memory.x();
     typename Belief::Filtered next{};
-    bool noted = false;  // a step that is made in twice the digits may not have told what it used
+    bool moved = false, noted = false;  // a step in twice the digits may not have told what it used
     if constexpr (Belief::factored)
       method.correct(memory.model, memory.filtered(), sample, next, report);
     else
       detail::one_pass_correct(rule(), memory.filtered(), sample, next, report,
-                               detail::SmootherObserver<decltype(record)>{record, noted});
+                               detail::SmootherObserver<decltype(record)>{record, moved, noted});
     if (!usable(report.status)) return;
     if (report.gate == Verdict::rejected) {
       record = memory.node(memory.last).record;
       if (memory.last == 0) record.prediction = memory.x();
-    } else if (!noted && !note(record, memory.x(), sample, sample.at, report)) {
-      return;
+    } else {
+      if (!noted && !note(record, memory.x(), sample, sample.at, report)) return;
+      memory.too_fine = memory.too_fine || detail::too_fine(sample.sensor, next.x, sample.y, sample.at);
     }
     memory.keep(memory.last, record, next, memory.node(memory.last).time);
   }
@@ -138,10 +137,12 @@ struct Remembering {
       if (report.status != Status::ok) return;
       typename Belief::Record record;
       typename Belief::Filtered next{};
-      bool noted = false;
+      bool moved = false, noted = false;
       detail::one_pass_step(rule(), memory.model, memory.filtered(), sample, next, report,
-                            detail::SmootherObserver<decltype(record)>{record, noted, true});
+                            detail::SmootherObserver<decltype(record)>{record, moved, noted, true});
       if (!usable(report.status)) return;
+      const auto prediction = predicted_state(memory.dynamics(), memory.x(), sample.at);
+      if (!moved) note_step(memory, record, prediction, sample.at);
       if (!memory.form(record, sample.at)) {
         report.status = Status::invalid_disturbance_covariance;
         return;
@@ -149,16 +150,24 @@ struct Remembering {
       if (report.gate == Verdict::rejected) {
         record.rows = 0;
         record.prediction = next.x;
-      } else if (!noted) {
-        record.prediction = predicted_state(memory.dynamics(), memory.x(), sample.at);
-        const Vector<typename Belief::Scalar, Belief::n> x = record.prediction;
-        if (!note(record, x, sample, at, report)) return;
+      } else {
+        if (!noted) {
+          record.prediction = prediction;
+          if (!note(record, prediction, sample, at, report)) return;
+        }
+        memory.too_fine = memory.too_fine || detail::too_fine(sample.sensor, next.x, sample.y, at);
       }
       memory.keep(memory.last + 1, record, next, at.time);
     }
   }
 
  private:
+  /// What a prediction used that did not tell.
+  template <typename Belief, typename Record, typename X, typename At>
+  void note_step(const Belief& memory, Record& record, const X& prediction, const At& at) const {
+    const X& x = Rule::evaluated_at == EvaluatedAt::estimate ? memory.x() : prediction;
+    record.transition = dynamics_slot<Rule::A>(rule(), memory.dynamics(), x, memory.x(), at);
+  }
   /// What a correction used that did not tell.
   template <typename Record, typename X, typename Sample, typename At, typename Report>
   [[nodiscard]] bool note(Record& record, const X& x, const Sample& sample, const At& at,
@@ -206,7 +215,8 @@ class Smoother : public Filter<Remembering<M>, D, Scalar> {
 
   /// Smooths all nodes with all measurements so far; more may follow, and another smooth(). covariance_lost:
   /// at some nodes P is NaN, as no matrix of Scalar holds it to 1e-3 in every direction; x is right there.
-  /// Where x is no answer either, node and P are the filter's.
+  /// accuracy_not_met: a measurement of a linear m was finer than the digits of x; all nodes are the
+  /// filter's. Where x is no answer either, node and P are the filter's.
   [[nodiscard]] Status smooth() {
     return this->status() == Status::ok ? this->mutable_belief().smooth() : this->status();
   }

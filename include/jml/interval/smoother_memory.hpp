@@ -19,6 +19,15 @@ template <typename Scalar, int n>
   return store_extended(two, out) == Status::ok;
 }
 template <typename Scalar, int n>
+[[nodiscard]] bool factors_of(const WatchedEstimate<Scalar, n>& estimate, FactoredBelief<Scalar, n>& out) {
+  if (!estimate.extended) return factors_of(static_cast<const Estimate<Scalar, n>&>(estimate), out);
+  ExtendedMemory<Scalar, n, 0, 0> memory;
+  ExtendedStep<Scalar> two(memory);
+  if (!two.load(estimate.P.data(), estimate.P_low.data())) return false;
+  two.load_state(estimate.x.data(), estimate.x_low.data());
+  return store_extended(two, out) == Status::ok;
+}
+template <typename Scalar, int n>
 [[nodiscard]] bool factors_of(const FactoredBelief<Scalar, n>& belief, FactoredBelief<Scalar, n>& out) {
   commit(out, belief);
   return true;
@@ -46,6 +55,7 @@ class SmootherMemory {
   jml::ModelOf<M, D, Scalar> model;
   std::vector<Node> nodes;
   int last = 0;
+  bool too_fine = false;       // a measurement asked for more digits than a residual here has
   typename Record::Root root;  // where it is constant
 
   [[nodiscard]] const D& dynamics() const { return model.dynamics; }
@@ -81,11 +91,17 @@ class SmootherMemory {
   }
 
   /// covariance_lost: at some nodes P is NaN, as no matrix of Scalar can hold it; where x is no answer
-  /// either, the filter's.
+  /// either, the filter's. accuracy_not_met: all nodes are the filter's.
   [[nodiscard]] Status smooth() {
     keep_filtered(node(last));
+    if (too_fine) {
+      for (int k = 0; k < last; ++k) keep_filtered(node(k));
+      return Status::accuracy_not_met;
+    }
     if constexpr (!factored) {
-      if (smooth_here()) return Status::ok;
+      bool plain = true;
+      for (int k = 0; k <= last; ++k) plain = plain && !is_extended(node(k).filtered);
+      if (plain && smooth_here()) return Status::ok;
     }
     return smooth_in_two();
   }

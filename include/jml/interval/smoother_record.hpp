@@ -78,12 +78,13 @@ struct SmootherRecord {
 template <typename Record>
 struct SmootherObserver {
   Record& record;
-  bool& corrected;
-  bool joint = false;  // the prediction is not known before the correction
+  bool &moved, &corrected;  // it was told
+  bool joint = false;       // the prediction is not known before the correction
 
   template <typename A>
   void transition(const A& a) const {
     record.transition = a;
+    moved = true;
   }
   template <typename X, typename H, typename R, typename Innovation>
   void correction(const X& x, const H& slot_d, const R& noise, const Innovation& innovation) const {
