@@ -116,6 +116,9 @@ template <typename Scalar, int n>
 /// The most that rounding may make of P in a step of the plain form, in its worst direction: ε^(3/8).
 template <typename Scalar>
 inline constexpr Scalar plain_error = std::is_same_v<Scalar, float> ? Scalar(1e-4) : Scalar(1e-7);
+/// The same of an iterated rule.
+template <typename Scalar>
+inline constexpr Scalar iterated_error = std::is_same_v<Scalar, float> ? Scalar(2.5e-3) : Scalar(1.3e-6);
 /// Of an innovation y - H x: how much larger its terms may be than √R, squared, for ε of them not to matter:
 /// 1e-7 of a standard deviation, in float 1e-3.
 template <typename Scalar>

@@ -42,6 +42,13 @@ struct BatchReport {
 
 namespace detail {
 
+/// J is a quadratic function: a second sweep that still moves x has to do with rounding alone.
+template <typename D, typename List>
+inline constexpr bool all_linear = false;
+template <typename D, typename... S>
+inline constexpr bool all_linear<D, Sensors<S...>> =
+    DynamicsTraits<D>::linear && (SensorTraits<S>::linear && ...);
+
 /// From the nominal of `store`; `feasible`: it is a trajectory of the model, else a sequence of states.
 /// `once`: G, Q, R are frozen already and stay so; else they are frozen at the nominal, until they no longer
 /// change with the answer. The nominal ends as the best trajectory found: on any failure it is where it was,
@@ -76,7 +83,8 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
     return Scalar(0.1) * scale + Scalar(1);
   };
   report.status = Status::not_converged;
-  while (report.iterations < options.max_iterations) {
+  int limit = options.max_iterations;
+  while (report.iterations < limit) {
     ++report.iterations;
     const bool full =
         !in_two && newton && !infeasible && sweep.template backward<Curvature::full, false>(damping, sums);
@@ -160,6 +168,11 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
       else if (ratio < Scalar(0.25))
         damping = damping > Scalar(0) ? damping * Scalar(2) : begin_damping();
       if (damping < Scalar(0.01)) damping = 0;  // C ≥ 1: this is nothing
+      if constexpr (all_linear<D, typename Store::List>) {
+        const bool left =
+            std::sqrt(Scalar(2) * sums.decrease / unknowns) > std::max(tolerance, Scalar(1e3) * epsilon);
+        if (once && left && report.iterations >= 2 && limit < options.max_iterations + 3) ++limit;
+      }
     } else if (full) {
       newton = false;
     } else {
@@ -176,7 +189,7 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
       report.step = std::sqrt(Scalar(2) * sums.decrease / unknowns);
   }
   if (report.status == Status::not_converged && options.accept_at_limit && (accepted > 0 || defined) &&
-      report.iterations >= options.max_iterations) {
+      report.iterations >= limit) {
     report.status = once && accepted == 0 ? Status::accepted_at_prediction : Status::accepted_at_limit;
   }
   return report;

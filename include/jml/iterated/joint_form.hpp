@@ -85,7 +85,7 @@ template <typename Scalar, int n>
 
 /// The most of it that a dense P can bear.
 template <typename Scalar>
-inline constexpr Scalar worst_growth = plain_error<Scalar> / std::numeric_limits<Scalar>::epsilon();
+inline constexpr Scalar worst_growth = iterated_error<Scalar> / std::numeric_limits<Scalar>::epsilon();
 
 /// What the rounding of the prior may be in N = A P Aᵀ + G Q Gᵀ. A correction alone has no such product.
 template <typename D, typename Prior>

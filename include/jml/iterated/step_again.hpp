@@ -67,7 +67,7 @@ template <typename Sweeps, typename T, typename Report>
 template <typename Sweep, typename Scalar, int n, int p>
 [[nodiscard]] Status judge_rounding(const Sweep& last, const Vector<Scalar, n>& x,
                                     const Vector<Scalar, n>& variances, const Matrix<Scalar, n, p>& gain) {
-  if (last.floor <= plain_error<Scalar>) return Status::ok;
+  if (last.floor <= iterated_error<Scalar>) return Status::ok;
   constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
   for (int i = 0; i < n; ++i) {
     Scalar error = 0;
@@ -86,8 +86,8 @@ template <typename Scalar, typename Belief, typename Report>
 [[nodiscard]] Status store_in_two(const ExtendedStep<Scalar>& two, Belief& next, Report& report) {
   const Scalar now = two.magnification_of_now(), spread = now * now;
   report.rounding = std::numeric_limits<Scalar>::epsilon() * spread;
-  if (!two.finite() || !(report.rounding <= plain_error<Scalar>) ||
-      !(two.magnification() <= plain_error<Scalar> / extended_epsilon<Scalar>))
+  if (!two.finite() || !(report.rounding <= iterated_error<Scalar>) ||
+      !(two.magnification() <= iterated_error<Scalar> / extended_epsilon<Scalar>))
     return Status::covariance_lost;
   for (int i = 0; i < Belief::states; ++i) {
     next.x(i) = in_two<Scalar>(two.x(i)).high;
