@@ -110,8 +110,9 @@ class Flight {
     const Moments width = wide || (singular && !wide_dense_.empty())
                               ? smoothed(i, until, share(bounds), wide ? from : wide_dense_[static_cast<std::size_t>(i)])
                               : exact;
-    return {covariance_error(shown.P, exact.P(), width),
-            state_error(shown.x, exact, 64 * epsilon_ * stage(until).scale, bounds.x)};
+    double scale = stage(until).scale;  // of the filter; what later measurements tell may be larger
+    for (int k = 0; k < problem_.n; ++k) scale = std::max(scale, static_cast<double>(fabsq(exact.x[k])));
+    return {covariance_error(shown.P, exact.P(), width), state_error(shown.x, exact, 64 * epsilon_ * scale, bounds.x)};
   }
   [[nodiscard]] Moments smoothed(int i, int until) const { return smoothed(i, until, 0, stage(i).exact); }
 

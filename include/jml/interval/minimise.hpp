@@ -142,7 +142,8 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
     defined = defined || std::isfinite(cost);
     // J is right to `rounding` by its own sum, and to less where an ε of some y is a share of its deviation:
     // a step that promises no more than that is taken for what the linearised problem says it is.
-    constexpr Scalar share = std::is_same_v<Scalar, float> ? Scalar(1e-4) : Scalar(1e-6);
+    constexpr Scalar share =
+        all_linear<D, typename Store::List> || std::is_same_v<Scalar, float> ? Scalar(1e-3) : Scalar(1e-6);
     const Scalar rounding = Scalar(16) * epsilon * std::abs(report.cost) * std::sqrt(unknowns);
     const Scalar noise = share * (Scalar(1) + std::abs(report.cost));
     if (infeasible) {

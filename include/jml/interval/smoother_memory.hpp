@@ -121,7 +121,8 @@ class SmootherMemory {
   /// most the sum of tr(ε diag(Λ) P_s) over the later nodes, see curvature_noise(); and it is multiplied by P
   /// here.
   [[nodiscard]] bool smooth_here() {
-    constexpr Scalar most = most_noise<Scalar> / std::numeric_limits<Scalar>::epsilon();
+    // Less than P asks for: x moves by as many deviations as later measurements say, each of them as wrong.
+    constexpr Scalar most = Scalar(1e-2) * most_noise<Scalar> / std::numeric_limits<Scalar>::epsilon();
     CostToGo<Scalar, n> v;
     Scalar noise = 0;
     const auto rounding = [](const auto& weights, const auto& P) {
