@@ -27,11 +27,14 @@ TEST(CovarianceGenerator, PlainFormIsRightWhereItAnswers) {
   EXPECT_EQ(all.wrong_x, 0);
 }
 
-// Of the problems that the textbook's recursion gets right, it may give up a quarter.
+// Of the problems that the textbook's recursion gets right it may refuse a quarter (a twelfth is), and half are
+// answered without a step in twice the digits (57 % are). The others are right by luck or by a bound that is
+// wider than what rounding did: ε of a condition of 1e9 is 1e-6 already, where x may be off by 1e-6 deviations.
 TEST(CovarianceGenerator, PlainFormAnswers) {
   const auto all = tally().total(Form::plain, false);
   EXPECT_GT(all.textbook, 500);
-  EXPECT_LE(4 * all.lost, all.textbook);
+  EXPECT_LE(4 * all.turned_away, all.textbook);
+  EXPECT_LE(2 * all.lost, all.textbook);
 }
 
 TEST(CovarianceGenerator, FactoredFormIsRightAndAnswers) {

@@ -172,7 +172,7 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
       if constexpr (all_linear<D, typename Store::List>) {
         const bool left =
             std::sqrt(Scalar(2) * sums.decrease / unknowns) > std::max(tolerance, Scalar(1e3) * epsilon);
-        if (once && left && report.iterations >= 2 && limit < options.max_iterations + 3) ++limit;
+        if (once && left && report.iterations >= 2 && limit < options.max_iterations + 6) ++limit;
       }
     } else if (full) {
       newton = false;
