@@ -113,7 +113,8 @@ template <typename Scalar, int n>
   return pivots_of(P, sizes);
 }
 
-/// The most that rounding may make of P in a step of the plain form, in its worst direction: ε^(3/8).
+/// The most that rounding may make of P in a step of the plain form, in its worst direction, by the sizes of
+/// what it came from. A tenth of what x may be off by, in deviations: the gain is as wrong as P is.
 template <typename Scalar>
 inline constexpr Scalar plain_error = std::is_same_v<Scalar, float> ? Scalar(1e-4) : Scalar(1e-7);
 /// The same of an iterated rule.

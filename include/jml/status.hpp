@@ -33,16 +33,17 @@ enum class Status : std::uint8_t {
   singular_innovation,    ///< the innovation matrix S is singular to rounding, or not positive definite in a
                           ///< symmetric rule
   innovation_indefinite,  ///< a gate was asked for, but sym(S) is not positive definite: NIS is not defined
-  covariance_lost,        ///< the new P is not finite; or, of a symmetric rule, a variance is negative; or a
-                          ///< correction took all of a variance that was not zero: rounding did, as R > 0
-  contradiction,          ///< a perfect measurement (R = 0) of what is known exactly says something else
-  not_converged,          ///< no root of the implicit step was found within the bounds
-  not_a_trajectory,       ///< the criterion J is not defined for this sequence of states
+  covariance_lost,   ///< the new P is not finite; or, of a symmetric rule, no digit of it is left in some
+                     ///< direction, or no matrix of this scalar can hold it
+  contradiction,     ///< a perfect measurement (R = 0) of what is known exactly says something else
+  not_converged,     ///< no root of the implicit step was found within the bounds
+  not_a_trajectory,  ///< the criterion J is not defined for this sequence of states
   riccati_escape,    ///< P of a nonsymmetric rule grows beyond all bounds in finite time, or faster than this
                      ///< step can follow
   step_too_long,     ///< a fixed step beyond the stability of the integrator at this gain
   step_limit,        ///< the integrator used all its steps before the end of the interval
-  accuracy_not_met,  ///< the integrator could not meet its tolerances
+  accuracy_not_met,  ///< the integrator could not meet its tolerances; or a measurement of a linear m is
+                     ///< finer than the digits of x: give x about a nearer origin, or take the factored form
   integrator_failed,        ///< the integrator ran out of memory, or its linear algebra failed
   no_stabilizing_solution,  ///< algebraic Riccati equation: an unstable mode is not detectable (or not
                             ///< stabilisable), so that no solution stabilises
@@ -124,7 +125,8 @@ enum class Solver : std::uint8_t {
     case Status::step_limit:
       return "refused: the integrator used all its steps before the end of the interval";
     case Status::accuracy_not_met:
-      return "refused: the integrator cannot meet its tolerances";
+      return "refused: the integrator cannot meet its tolerances, or x has too few digits for this "
+             "measurement";
     case Status::integrator_failed:
       return "refused: the integrator ran out of memory or its linear algebra failed";
     case Status::no_stabilizing_solution:
