@@ -142,6 +142,7 @@ void register_case(const std::string& size, const Case& c, const Iterated& itera
   add("limit_step/", [c](benchmark::State& s) { limit_step<true>(s, c); });
   add("eigen_step/", [c](benchmark::State& s) { eigen_step(s, c); });
   add("ekf_step/", [c](benchmark::State& s) { library_step(s, jml::Ekf{}, c); });
+  add("factored_ekf_step/", [c](benchmark::State& s) { library_step(s, jml::Factored{jml::Ekf{}}, c); });
   add("jml_limit_step/", [c](benchmark::State& s) { limit_step<false>(s, c); });
   add("jml_step/", [c](benchmark::State& s) { library_step(s, jml::Jml{}, c); });
   add("iterated_jml_step/", [c, iterated](benchmark::State& s) { library_step(s, iterated, c); });

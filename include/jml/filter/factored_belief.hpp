@@ -5,6 +5,7 @@
 #pragma once
 
 #include <jml/argument.hpp>
+#include <jml/estimate.hpp>
 #include <jml/interval/noise_root.hpp>
 #include <jml/twofold.hpp>
 #include <jml/ud_factors.hpp>
