@@ -8,7 +8,7 @@
 /// (extended_step.hpp), and the belief keeps them as long as it needs them.
 #pragma once
 
-#include <jml/filter/factored_steps.hpp>
+#include <jml/filter/factored_in_two.hpp>
 #include <jml/filter/one_pass.hpp>
 
 namespace jml {
@@ -26,7 +26,8 @@ namespace jml {
 /// Refuses what the rule refuses; covariance_lost where even twice the digits do not suffice.
 template <typename Rule_>
 struct Factored {
-  static_assert(OnePassRule<Rule_>, "jml: Factored{…} takes Kalman, Ekf, Sddre, a symmetric iterated rule, FixedLag, or "
+  static_assert(OnePassRule<Rule_>,
+                "jml: Factored{…} takes Kalman, Ekf, Sddre, a symmetric iterated rule, FixedLag, or "
                 "Continuous{rule, RungeKutta4{}}");
   static_assert(
       Rule_::symmetric,

@@ -19,8 +19,8 @@ namespace jml {
 
 /// How a window is re-optimised at each step.
 struct LagOptions {
-  /// Backward and forward passes at most: the bound on a step's time. Where f and every m are linear, up to six
-  /// more, if the second still moves x by more than `tolerance`: rounding alone can.
+  /// Backward and forward passes at most: the bound on a step's time. Where f and every m are linear, up to
+  /// six more, if the second still moves x by more than `tolerance`: rounding alone can.
   int sweeps = 2;
   double tolerance = 1e-7;  ///< stop where the next sweep would move less, see BatchOptions
   Loss loss{};              ///< of the measurements

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The steps of a factored belief in twice the digits (filter/step_in_two.hpp), and whether it has to keep
+/// them.
+#pragma once
+
+#include <jml/filter/factored_steps.hpp>
+
+namespace jml::detail {
+
+/// How much rounding of an ε of Extended<Scalar> may grow.
+template <typename Scalar>
+inline constexpr Scalar worst_magnification_in_two =
+    worst_magnification<Scalar> * std::numeric_limits<Scalar>::epsilon() / extended_epsilon<Scalar>;
+
+/// x, U, D from `two` into `next`; the low parts where they hold digits that will be asked for.
+/// An infinite variance that was none before is an overflow.
+template <typename Scalar, int n>
+[[nodiscard]] Status store_extended(const ExtendedStep<Scalar>& two, FactoredBelief<Scalar, n>& next,
+                                    bool infinite_before = true) {
+  if (!two.finite() || two.underflows() || !(two.magnification() <= worst_magnification_in_two<Scalar>))
+    return Status::covariance_lost;
+  bool unknown = two.combines();
+  for (int i = 0; i < n; ++i) {
+    const auto x = in_two<Scalar>(two.x(i)), d = in_two<Scalar>(two.D(i));
+    next.x(i) = x.high;
+    next.x_low(i) = x.low;
+    next.D(i) = d.high;
+    next.D_low(i) = std::isinf(d.high) ? Scalar(0) : d.low;
+    for (int j = 0; j < n; ++j) {
+      const auto u = in_two<Scalar>(two.U(i, j));
+      next.U(i, j) = u.high;
+      next.U_low(i, j) = u.low;
+    }
+    if (std::isinf(d.high) && !infinite_before) return Status::covariance_lost;
+    unknown = unknown || std::isinf(d.high);
+  }
+  next.extended = unknown || two.magnification_of_now() > worst_magnification<Scalar> / Scalar(64);
+  two.variances(next.variances.data());
+  return Status::ok;
+}
+
+/// A prediction over `at` (where `moves`), and the correction with a sample (Unobserved: none) at `at_y`,
+/// from `prior` in twice the digits.
+template <bool moves, typename Rule, typename Model, typename Scalar, int n, typename At, typename Sample,
+          typename AtY, typename Report>
+JML_NOINLINE void factored_in_two(const Rule& rule, const Model& model,
+                                  const FactoredBelief<Scalar, n>& prior, const At& at, const Sample& sample,
+                                  const AtY& at_y, FactoredBelief<Scalar, n>& next, Report& report) {
+  constexpr int q = disturbances_in<moves, Model>(), p = measurements_in<Sample>();
+  ExtendedMemory<Scalar, n, q, p> memory;
+  ExtendedStep<Scalar> two(memory);
+  report.redone = true;
+  const auto begin = [&]() -> Status {
+    two.load(prior.U.data(), prior.D.data(), prior.extended ? prior.U_low.data() : nullptr,
+             prior.extended ? prior.D_low.data() : nullptr);
+    two.load_state(prior.x.data(), prior.x_low.data());
+    if constexpr (moves) return predict_in_two(rule, model, prior.x, at, two);
+    return Status::ok;
+  };
+  report.status = begin();
+  if (report.status != Status::ok) return;
+  if constexpr (p > 0) {
+    report.rows = {};
+    correct_in_two(rule, sample, at_y, two, report, report.rows);
+    if (report.status == Status::ok && report.gate == Verdict::rejected) report.status = begin();
+    if (report.status != Status::ok) return;
+  }
+  bool infinite = false;
+  for (int i = 0; i < n; ++i) infinite = infinite || std::isinf(prior.D(i));
+  report.status = store_extended(two, next, infinite);
+}
+
+}  // namespace jml::detail
