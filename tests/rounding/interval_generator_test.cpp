@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The generator, at the suite's size, on the estimators of an interval: every node of a batch and of a smoother, and
-// the window of a fixed lag. In double; the long run (covariance_generator.cpp) has float too.
+// The generator, at the suite's size, on the estimators of an interval: every node of a batch and of a
+// smoother, and the window of a fixed lag. In double; the long run (covariance_generator.cpp) has float too.
 #include <gtest/gtest.h>
 
 #include "rounding/tally.hpp"
@@ -30,6 +30,68 @@ TEST(IntervalGenerator, RightWhereTheyAnswer) {
     EXPECT_EQ(all.wrong_P, 0) << name_of(form);
     EXPECT_EQ(all.wrong_x, 0) << name_of(form);
   }
+}
+
+// Level, slope and seven seasons: a flat start, of which P_s(1, 1) at the first instant lost a per cent.
+TEST(IntervalGenerator, S10LevelSlopeAndSeasons) {
+  constexpr int n = 8;
+  Dynamics<double, n> model;
+  model.F.setZero();
+  model.F(0, 0) = model.F(0, 1) = model.F(1, 1) = 1;
+  for (int j = 2; j < n; ++j) model.F(2, j) = -1;
+  for (int i = 3; i < n; ++i) model.F(i, i - 1) = 1;
+  model.G.setIdentity();
+  model.Q.setZero();
+  model.Q(0, 0) = 0.5;
+  model.Q(1, 1) = 1e-3;
+  model.Q(2, 2) = 0.02;
+  Sensor<double, n, 1> row;
+  row.H.setZero();
+  row.H(0, 0) = row.H(0, 2) = 1;
+  row.R(0, 0) = 0.1;
+  const auto y = [](int k) {
+    const double turn = 2 * 3.141592653589793 * k / 7;
+    return 100 + 0.3 * k + 5 * std::sin(turn) + 2 * std::cos(2 * turn) + 0.2 * std::sin(11.3 * k);
+  };
+  const jml::Estimate<double, n> start{jml::Vector<double, n>::Zero(),
+                                       1e6 * jml::Matrix<double, n, n>::Identity()};
+  jml::Smoother smoother{jml::Filter{RuleOf<n>{}, model, start}, 59};
+  ASSERT_EQ(smoother.update(row, y(0)).status, jml::Status::ok);
+  for (int k = 1; k < 60; ++k) ASSERT_EQ(smoother.step(row, y(k)).status, jml::Status::ok) << k;
+  ASSERT_EQ(smoother.smooth(), jml::Status::ok);
+  EXPECT_NEAR(smoother.P(0)(1, 1), 0.0224358, 1e-7);
+}
+
+// A measurement of 1 to 1e-17: the nodes of an interval have no such digits, and say so. The filter has: its
+// start was exact.
+TEST(IntervalGenerator, FinerThanTheDigitsOfX) {
+  Dynamics<double, 2> drift;
+  drift.F << 1, 1, 0, 1;
+  drift.G.setIdentity();
+  drift.Q.setIdentity();
+  Sensor<double, 2, 1> fine;
+  fine.H << 1, 0;
+  fine.R << 1e-34;
+  const jml::Estimate<double, 2> start{jml::Vector<double, 2>(1.0 / 3, 0.1),
+                                       jml::Matrix<double, 2, 2>::Identity()};
+  const auto list = sensor_list<double, 2, 1>();
+
+  jml::Filter lag{jml::FixedLag<4, 2>{{.tolerance = 1e-9}}, drift, list, start};
+  EXPECT_EQ(lag.step(fine, 1.0).status, jml::Status::accuracy_not_met);
+  EXPECT_EQ(lag.x(), start.x);
+  EXPECT_EQ(lag.time(), 0);
+
+  jml::Batch batch{drift, list, start, {.steps = 2, .measurements = 2}};
+  EXPECT_EQ(batch.step(fine, 1.0), jml::Status::ok);
+  EXPECT_EQ(batch.solve().status, jml::Status::accuracy_not_met);
+
+  jml::Smoother smoother{jml::Filter{RuleOf<2>{}, drift, start}, 2};
+  const auto report = smoother.step(fine, 1.0);
+  EXPECT_EQ(report.status, jml::Status::ok);
+  EXPECT_TRUE(report.redone);
+  EXPECT_EQ(smoother.x()(0), 1);
+  EXPECT_EQ(smoother.smooth(), jml::Status::accuracy_not_met);
+  EXPECT_EQ(smoother.x(0), start.x);
 }
 
 }  // namespace
