@@ -82,7 +82,7 @@ TEST(IntervalGenerator, FinerThanTheDigitsOfX) {
   EXPECT_EQ(lag.time(), 0);
 
   jml::Batch batch{drift, list, start, {.steps = 2, .measurements = 2}};
-  EXPECT_EQ(batch.step(fine, 1.0), jml::Status::ok);
+  EXPECT_EQ(batch.step(fine, 1.0).status, jml::Status::ok);
   EXPECT_EQ(batch.solve().status, jml::Status::accuracy_not_met);
 
   jml::Smoother smoother{jml::Filter{RuleOf<2>{}, drift, start}, 2};
