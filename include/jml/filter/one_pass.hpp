@@ -27,10 +27,9 @@ template <typename Rule, typename Scalar, int n>
 using SizesOf = std::conditional_t<Rule::symmetric, Vector<Scalar, n>, NoSizes>;
 
 /// update() of x̄, N into the caller's x and P, which are touched on refusal too. A measurement that the gate
-/// rejects leaves the prediction in them. `sizes`: of what N came from, see predict_into(); `known`:
-/// directions that were known exactly, and then those that are. False where the answer is none, or its digits
-/// do not suffice: again() says why, or does it over. (Nothing here is handed to a function out of line, so
-/// that all of it lives in registers.)
+/// rejects leaves the prediction in them. `sizes`: of what N came from, see predict_into(). False where the
+/// answer is none, or its digits do not suffice: again() says why, or does it over. (Nothing here is handed
+/// to a function out of line, but by value, so that all of it lives in registers.)
 template <typename Rule, typename S, typename Scalar, int n, int p, typename Sizes, typename At,
           typename Observer = Unobserved>
 [[nodiscard]] JML_INLINE inline bool update_into(const Rule& rule, const S& s,

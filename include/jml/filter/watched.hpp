@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Whether P of the plain form has digits left; and a belief that keeps how far its P is from singular.
+/// The belief of a symmetric rule in the plain form, which may keep more digits than it shows; and whether
+/// those of its P suffice.
 #pragma once
 
 #include <jml/estimate.hpp>
