@@ -43,8 +43,8 @@ JML_INLINE inline void times_unit_upper(const Matrix<Scalar, n, n>& F, const Mat
   }
 }
 
-/// orthogonalise() of few states, one row at a time: what it waits for is shorter. Each way through W takes row
-/// j out of the rows above it, and gathers their products with row j - 1 as it comes.
+/// orthogonalise() of few states, one row at a time: what it waits for is shorter. Each way through W takes
+/// row j out of the rows above it, and gathers their products with row j - 1 as it comes.
 template <typename Scalar, int n, int m>
 JML_INLINE inline void orthogonalise_few(Padded<Scalar, n, m>& W, const Vector<Scalar, m>& d,
                                          UdFactors<Scalar, n>& out) {
@@ -164,12 +164,17 @@ JML_INLINE inline void orthogonalise(Padded<Scalar, n, m>& W, const Vector<Scala
 template <typename Scalar, int n>
 JML_INLINE inline void correct_row(UdFactors<Scalar, n>& P, const Scalar* h, Scalar r,
                                    Vector<Scalar, n>& gain, Scalar& alpha) {
+  constexpr bool in_registers = Column<Scalar, n>::count <= 8;
   Scalar f[n], g[n], ratio[n];
-  Column<Scalar, n> row, u, b, next;
-  row.load(h);
-  for (int j = 0; j < n; ++j) {  // f = Uᵀ h
-    u.load(&P.U(0, j));
-    f[j] = u.dot(row);
+  if constexpr (in_registers) {
+    Column<Scalar, n> row, u;
+    row.load(h);
+    for (int j = 0; j < n; ++j) {  // f = Uᵀ h
+      u.load(&P.U(0, j));
+      f[j] = u.dot(row);
+    }
+  } else {
+    for (int j = 0; j < n; ++j) f[j] = Strip<Scalar, n>::dot(j + 1, &P.U(0, j), h);
   }
   Scalar before = r, inverse = Scalar(1) / r;
   for (int j = 0; j < n; ++j) {  // the sums r + Σ f² D, whose divisions do not wait for each other
@@ -180,17 +185,35 @@ JML_INLINE inline void correct_row(UdFactors<Scalar, n>& P, const Scalar* h, Sca
     P.D(j) *= before * inverse;
     before = after;
   }
-  b.clear();
-  for (int j = 0; j < n; ++j) {  // b_i = 0 for i ≥ j, and with U_jj = 1 row j becomes g
-    u.load(&P.U(0, j));
-    next = b;
-    next.add(u, g[j]);
-    u.add(b, ratio[j]);
-    b = next;
-    u.store(&P.U(0, j));
-  }
-  b.store(gain.data());
   alpha = before;
+  // b_i = 0 for i ≥ j, and with U_jj = 1 row j becomes g.
+  if constexpr (in_registers) {
+    Column<Scalar, n> u, b, next;
+    b.clear();
+    for (int j = 0; j < n; ++j) {
+      u.load(&P.U(0, j));
+      next = b;
+      next.add(u, g[j]);
+      u.add(b, ratio[j]);
+      b = next;
+      u.store(&P.U(0, j));
+    }
+    b.store(gain.data());
+  } else {
+    kernel::set_zero(gain);
+    for (int j = 0; j < n; ++j) {
+      Strip<Scalar, n>::each(j + 1, [&](int i, auto u) JML_INLINE {
+        auto b = u, next = u;
+        u.load(&P.U(i, j));
+        b.load(&gain(i));
+        next = b;
+        next.add(u, g[j]);
+        u.add(b, ratio[j]);
+        u.store(&P.U(i, j));
+        next.store(&gain(i));
+      });
+    }
+  }
 }
 
 }  // namespace kernel
