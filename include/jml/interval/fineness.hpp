@@ -9,8 +9,9 @@
 
 namespace jml::detail {
 
-/// Of a linear m: an ε of y, and of the terms of H x, is more than 3e-7 of the deviation of a row (float:
-/// 3e-3). What a nonlinear m makes of its x is what its sensor says it is.
+/// Of a linear m: an ε of y, and of the terms of H x, is more than 1e-7 of the deviation of a row (float:
+/// 1e-3), as thirty rows make five times as much. What a nonlinear m makes of its x is what its sensor says
+/// it is.
 template <typename S, typename Scalar, int n, int p, typename At>
 [[nodiscard]] bool too_fine(const S& sensor, const Vector<Scalar, n>& x, const Vector<Scalar, p>& y,
                             const At& at) {
@@ -19,7 +20,7 @@ template <typename S, typename Scalar, int n, int p, typename At>
     const Vector<Scalar, p> R = conditional_variances<Scalar, p>(noise_covariance(sensor, x, at));
     const Matrix<Scalar, p, n> H = measurement_jacobian(sensor, x, at);
     const Vector<Scalar, p> sizes = innovation_sizes(H, x, y);
-    for (int i = 0; i < p; ++i) fine = fine || !(sizes(i) <= Scalar(9) * finest_innovation<Scalar> * R(i));
+    for (int i = 0; i < p; ++i) fine = fine || !(sizes(i) <= finest_innovation<Scalar> * R(i));
   }
   return fine;
 }
