@@ -3,6 +3,7 @@
 // form has no digit.
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <jml/continuous/factored_continuous.hpp>
 
 #include "continuous/continuous_check.hpp"
@@ -115,6 +116,42 @@ TEST(FactoredContinuous, Refusals) {
   EXPECT_EQ(diffuse.status(), Status::ok);
   EXPECT_EQ(diffuse.step(c.sensor, 1.0, 0.01).status, Status::step_too_long);
   EXPECT_EQ(diffuse.predict(0.01), Status::ok);
+}
+
+// An element with couplings that no step is short enough to hide: its rows, motion and noise give the
+// covariance of T x + N w given H x + M w + v = z, by the information of (x, w) inverted as a whole.
+TEST(FactoredContinuous, ElementIsTheJointProblem) {
+  constexpr int n = 2, q = 3, p = 4, m = n + q;
+  Square T, P;
+  T << 1, 0.4, -0.3, 0.8;
+  P << 2, 0.5, 0.5, 1;
+  jml::Matrix<double, n, q> N;
+  N << 0.7, -0.2, 0.5, 0.1, 0.9, -0.6;
+  jml::Matrix<double, p, n> H;
+  H << 1, 0.2, -0.5, 0.8, 0.3, -1, 0.6, 0.4;
+  jml::Matrix<double, p, q> M;
+  M << 0.5, -0.7, 0.2, 0.9, 0.4, -0.3, -0.6, 0.1, 0.8, 0.2, 1.1, 0.7;
+  jml::detail::FlowElement<double, n, q, p> element;
+  ASSERT_TRUE(element.form(T, N, H, M));
+
+  const Eigen::Matrix<double, p, n> rows = element.rows;
+  const Eigen::Matrix<double, n, n> prior = P, motion = element.transition;
+  const Eigen::Matrix<double, n, q> noise = element.noise;
+  const Eigen::DiagonalMatrix<double, p> weights(
+      Eigen::Matrix<double, p, 1>(element.row_variances).cwiseInverse());
+  const Eigen::DiagonalMatrix<double, q> variances(Eigen::Matrix<double, q, 1>(element.variances));
+  const Eigen::Matrix2d given = (prior.inverse() + rows.transpose() * weights * rows).inverse();
+  const Eigen::Matrix2d found = motion * given * motion.transpose() + noise * variances * noise.transpose();
+
+  Eigen::Matrix<double, m, m> information = Eigen::Matrix<double, m, m>::Identity();
+  information.topLeftCorner<n, n>() = prior.inverse();
+  Eigen::Matrix<double, p, m> seen;
+  seen << H, M;
+  information += seen.transpose() * seen;
+  Eigen::Matrix<double, n, m> moved;
+  moved << T, N;
+  const Eigen::Matrix2d right = moved * information.inverse() * moved.transpose();
+  EXPECT_LT((found - right).norm(), 1e-14 * right.norm());
 }
 
 }  // namespace

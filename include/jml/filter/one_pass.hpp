@@ -177,7 +177,7 @@ void one_pass_step(const Rule& rule, const Model& model, const Belief& prior, co
 /// the belief keeps them while it needs them. Of a linear model P is right to 1e-3 in every direction, and x
 /// to 1e-6 of a deviation and 64 ε of the largest state; covariance_lost where no n×n matrix of Scalar holds
 /// such a P, accuracy_not_met where x never had the digits that a measurement asks for. In float P to 1e-3
-/// and x to 1e-5 deviations, as found. Of another rule: report.rounding, and covariance_lost where 1e-3 of an
+/// and x to 2e-4 deviations, as found. Of another rule: report.rounding, and covariance_lost where 1e-3 of an
 /// entry is lost even so. That the prior P is a covariance is trusted; start() asks it once.
 template <OnePassRule Rule_>
 struct OnePass : Rule_ {
