@@ -38,33 +38,26 @@ struct ExtendedUd {
   T& u(int i, int j) const { return U[i + j * n]; }
 
   /// From the upper triangle of a dense P in U; an infinite variance asks for zeros beside it. `epsilon`: of
-  /// the numbers that P was given in; a pivot below their rounding, as it has grown on the way, is zero.
-  /// False where P is indefinite.
+  /// the numbers that P was given in. Pivot j is m P mᵀ with row m of U⁻¹; what their rounding alone may have
+  /// made of it, ε (Σ |m_k| √P_kk)², is zero. False where P is indefinite.
   [[nodiscard]] bool factor(Scalar epsilon) const {
     const Scalar slack = Scalar(2 * n) * epsilon;
-    for (int j = 0; j < n; ++j) D[j] = u(j, j);  // of what pivot j comes from: P_jj + Σ u_jk² D_k
+    for (int j = 0; j < n; ++j) D[j] = u(j, j);
     for (int j = n - 1; j >= 0; --j) {
       const T pivot = u(j, j);
-      if (!(upper(pivot) >= -slack * size_of(D[j]))) return false;
-      u(j, j) = T(1);
-      if (infinite(pivot) || upper(pivot) <= slack * size_of(D[j])) {
-        if (!infinite(pivot)) D[j] = T(0);
-        for (int i = 0; i < j; ++i) u(i, j) = T(0);
-        continue;
-      }
-      for (int i = 0; i < j; ++i) {
-        u(i, j) = u(i, j) / pivot;
-        const T size = T(size_of(u(i, j))) * T(size_of(u(i, j))) * D[j];
-        if (!infinite(D[i])) D[i] = D[i] + size;
-      }
-      D[j] = pivot;
-      for (int k = 0; k < j; ++k) {
+      const Scalar size = scaled_inverse_row(j), least = slack * size * size;
+      if (!(upper(pivot) >= -least)) return false;
+      const bool unknown = infinite(pivot), regular = !unknown && upper(pivot) > least;
+      D[j] = regular || unknown ? pivot : T(0);
+      for (int i = 0; i < j; ++i) u(i, j) = regular ? u(i, j) / pivot : T(0);
+      for (int k = 0; k < j && regular; ++k) {
         if (size_of(u(k, j)) == Scalar(0)) continue;  // beside an infinite variance too
         const T part = u(k, j) * pivot;
         for (int i = 0; i <= k; ++i) u(i, k) = u(i, k) - u(i, j) * part;
       }
     }
     for (int j = 0; j < n; ++j) {
+      u(j, j) = T(1);
       for (int i = j + 1; i < n; ++i) u(i, j) = T(0);
     }
     return true;
@@ -214,14 +207,19 @@ struct ExtendedUd {
 
   /// The largest share of rounding in any direction, in units of that of T: 1 where the states are
   /// uncorrelated, the root of the condition number where they are not. `sd`: √ of the sums that P came from.
-  /// An exact zero in D counts for nothing: a direction that is known exactly stays so. Memory: n.
-  [[nodiscard]] Scalar magnification(const Scalar* sd, Scalar* sums) const {
+  /// `own`: the same as sd, of the state itself whose direction it is. An exact zero in D counts for nothing:
+  /// a direction that is known exactly stays so. row: n.
+  [[nodiscard]] Scalar magnification(const Scalar* sd, const Scalar* own, T* row) const {
     Scalar most = 1;
-    for (int i = n - 1; i >= 0; --i) {
-      Scalar sum = std::isinf(sd[i]) ? Scalar(1) : sd[i];
-      for (int k = i + 1; k < n; ++k) sum += size_of(u(i, k)) * sums[k];
-      sums[i] = infinite(D[i]) ? Scalar(0) : sum;
+    for (int i = 0; i < n; ++i) {
       if (infinite(D[i]) || !(upper(D[i]) > Scalar(0))) continue;
+      Scalar sum = 0;
+      for (int k = i; k < n; ++k) {  // row i of U⁻¹: of all states what is left beside those behind them
+        row[k] = T(k == i ? 1 : 0);
+        for (int l = i; l < k; ++l) row[k] = row[k] - row[l] * u(l, k);
+        const Scalar size = k == i ? own[k] : sd[k];
+        if (!infinite(D[k])) sum += size_of(row[k]) * (std::isinf(size) ? Scalar(1) : size);
+      }
       const Scalar ratio = sum / std::sqrt(upper(D[i]));
       if (!(ratio <= most)) most = ratio;
     }
@@ -229,6 +227,19 @@ struct ExtendedUd {
   }
 
  private:
+  /// m_k √P_kk of row j of U⁻¹, which is placed below the diagonal of column j, from those behind it. Σ |·|.
+  Scalar scaled_inverse_row(int j) const {
+    u(j, j) = T(infinite(D[j]) ? Scalar(0) : std::sqrt(size_of(D[j])));
+    Scalar sum = upper(u(j, j));
+    for (int k = j + 1; k < n; ++k) {
+      T entry(0);
+      for (int l = j + 1; l <= k; ++l) entry = entry - u(j, l) * u(k, l);
+      u(k, j) = entry;
+      sum += size_of(entry);
+    }
+    return sum;
+  }
+
   /// size ← |F| size + Σ |B| √d_B. spare: n numbers.
   void spread_sizes(const Scalar* F, int q, const T* B, const T* d_B, Scalar* size, T* spare) const {
     for (int i = 0; i < n; ++i) {

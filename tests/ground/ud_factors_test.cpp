@@ -3,7 +3,9 @@
 // they are written: in registers, in strips, and with a part of a packet left over.
 #include <gtest/gtest.h>
 
+#include <jml/ud_extended.hpp>
 #include <jml/ud_factors.hpp>
+#include <vector>
 
 namespace {
 
@@ -81,6 +83,29 @@ TEST(UdFactors, OfEverySizeAndWay) {
   expect_right<9>();
   expect_right<15>();
   expect_right<21>();
+}
+
+// U of ones above the diagonal: its inverse has one entry beside the diagonal, but a bound that adds sizes on
+// the way doubles with each state. D_0 = 1e-9 beside sums of 29 is far above their rounding.
+TEST(UdFactors, SmallPivotOfGivenNumbersStays) {
+  constexpr int n = 30;
+  using Ud = jml::detail::ExtendedUd<double>;
+  std::vector<Ud::T> U(n * n), D(n), row(n);
+  std::vector<double> sd(n);
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) U[i + j * n] = Ud::T(n - std::max(i, j));
+  }
+  U[0] = Ud::T(n - 1) + Ud::T(1e-9);
+  const Ud ud{n, U.data(), D.data()};
+  ASSERT_TRUE(ud.factor(std::numeric_limits<double>::epsilon()));
+  EXPECT_NEAR(Ud::upper(D[0]), 1e-9, 1e-15);
+  for (int i = 0; i < n; ++i) {
+    EXPECT_TRUE(i == 0 || Ud::upper(D[i]) == 1) << i;
+    for (int j = 0; j < n; ++j) EXPECT_NEAR(Ud::upper(U[i + j * n]), j >= i ? 1 : 0, 1e-15) << i << j;
+  }
+  ud.deviations(sd.data());
+  // Row 0 of the inverse is (1, -1, 0, …).
+  EXPECT_NEAR(ud.magnification(sd.data(), sd.data(), row.data()), (sd[0] + sd[1]) / std::sqrt(1e-9), 1e-3);
 }
 
 }  // namespace

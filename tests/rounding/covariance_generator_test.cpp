@@ -36,6 +36,21 @@ TEST(CovarianceGenerator, FormsAreRightAndAnswer) {
   EXPECT_LE(2 * plain.lost, plain.textbook);
 }
 
+// Problems of a long run that were wrong once, by kind: a small pivot of P_0 taken for zero; measurements whose
+// own rounding is 1e6 of their deviations, of a P known to 1e-12 of itself; a direction taken for known exactly
+// whose variance is 1e-17 of what is left beside it.
+TEST(CovarianceGenerator, OnceWrong) {
+  Tally tally;
+  for (const std::uint64_t number : {263374, 209925, 346055, 112428, 64029, 17487, 381166, 499743, 429093})
+    fly_problem<false>(31, number, {true, true, false}, tally);
+  for (const Form form : {Form::plain, Form::factored}) {
+    tally.print_wrong(form, false);
+    EXPECT_EQ(tally.total(form, false).wrong(), 0) << name_of(form);
+  }
+  EXPECT_EQ(tally.total(Form::factored, false, 1e20).problems, 1);
+  EXPECT_EQ(tally.total(Form::factored, false, 1e20).refused, 0);
+}
+
 /// One sensor row of the generator's own types, so that no further filter is compiled.
 template <int n>
 Sensor<double, n, 1> row_of(std::initializer_list<double> h, double r) {

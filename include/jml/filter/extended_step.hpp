@@ -21,7 +21,7 @@ struct ExtendedMemory {
   static constexpr int most = q > 1 ? q : 1, columns = n + most > p ? n + most : p, rows = p > 0 ? p : 1;
   T U[n * n], D[n], W[n * columns], d[columns], B[n * (q > 0 ? q : 1)], Q[q * q + 1], d_B[q + 1];
   T x[n], moved[n], f[n], gain[n], h[rows * n], e[rows], R[rows * rows], r[rows], alpha[rows];
-  Scalar size[n], sums[n], row_size[n], bulk[n * columns];
+  Scalar size[n], row_size[n], bulk[n * columns];
 };
 
 /// What the rows of a measurement came to.
@@ -57,7 +57,6 @@ class ExtendedStep {
         r_(m.r),
         alpha_(m.alpha),
         size_(m.size),
-        sums_(m.sums),
         row_size_(m.row_size),
         bulk_(m.bulk) {}
 
@@ -190,11 +189,23 @@ class ExtendedStep {
     }
   }
 
-  /// See ExtendedUd::magnification(): since load(), and of P alone.
-  [[nodiscard]] Scalar magnification() const { return ud_.magnification(size_, sums_); }
+  /// See ExtendedUd::magnification(): of what happened since load(); of that to P alone, where the variance
+  /// of a state is right however much of it went; and of P as it is.
+  [[nodiscard]] Scalar magnification() const { return ud_.magnification(size_, size_, f_); }
+  [[nodiscard]] Scalar magnification_of_P() const {
+    ud_.deviations(row_size_);
+    return ud_.magnification(size_, row_size_, f_);
+  }
   [[nodiscard]] Scalar magnification_of_now() const {
     ud_.deviations(row_size_);
-    return ud_.magnification(row_size_, sums_);
+    return ud_.magnification(row_size_, row_size_, f_);
+  }
+  /// What rounding may have made of x, in deviations and units of that of T, `before` being what it had made
+  /// of P: the gain is as wrong as P is, and a row that is far off shows it.
+  [[nodiscard]] Scalar magnification_of_x(Scalar before) const {
+    Scalar nis = 0;
+    for (int i = 0; i < p_; ++i) nis += row_innovation(i) / row_variance(i) * row_innovation(i);
+    return magnification() * std::sqrt(Scalar(1) + nis) + before * std::sqrt(nis);
   }
 
   /// P_ii to a few digits.
@@ -266,7 +277,7 @@ class ExtendedStep {
   int n_, q_, p_;
   ExtendedUd<Scalar> ud_;
   T *W_, *d_, *B_, *Q_, *d_B_, *x_, *moved_, *f_, *gain_, *h_, *e_, *R_, *r_, *alpha_;
-  Scalar *size_, *sums_, *row_size_, *bulk_;
+  Scalar *size_, *row_size_, *bulk_;
 };
 
 }  // namespace jml::detail

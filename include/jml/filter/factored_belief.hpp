@@ -42,6 +42,7 @@ struct FactoredBelief : UdFactors<Scalar_, n> {
   Vector<Scalar, n> x = kernel::zeros<Vector<Scalar, n>>();
   Vector<Scalar, n> variances = x;  ///< P_ii; infinite where nothing is known of x_i
   bool extended = false;            ///< U_low and D_low hold digits; else they are not to be read
+  Scalar magnification = 0;         ///< of the rounding of the steps in twice the digits that led here
   Vector<Scalar, n> x_low = kernel::zeros<Vector<Scalar, n>>(), D_low = x_low;
   Matrix<Scalar, n, n> U_low = kernel::zeros<Matrix<Scalar, n, n>>();
 
@@ -56,6 +57,7 @@ struct FactoredBelief : UdFactors<Scalar_, n> {
     kernel::assign(this->D, next.D);
     kernel::assign(variances, next.variances);
     extended = next.extended;
+    magnification = next.magnification;
     if (next.extended) {
       D_low = next.D_low;
       U_low = next.U_low;

@@ -13,11 +13,16 @@ template <typename Scalar>
 inline constexpr Scalar worst_magnification_in_two =
     worst_magnification<Scalar> * std::numeric_limits<Scalar>::epsilon() / extended_epsilon<Scalar>;
 
+/// The same of x, as plain_error: a tenth of what x may be off by, as many rows make more.
+template <typename Scalar>
+inline constexpr Scalar worst_surprise_in_two = plain_error<Scalar> / extended_epsilon<Scalar>;
+
 /// x, U, D from `two` into `next`; the low parts where they hold digits that will be asked for.
-/// An infinite variance that was none before is an overflow.
+/// An infinite variance that was none before is an overflow. `before`: the magnification of the belief that
+/// `two` began with.
 template <typename Scalar, int n>
 [[nodiscard]] Status store_extended(const ExtendedStep<Scalar>& two, FactoredBelief<Scalar, n>& next,
-                                    bool infinite_before = true) {
+                                    bool infinite_before = true, Scalar before = 0) {
   if (!two.finite() || two.underflows() || !(two.magnification() <= worst_magnification_in_two<Scalar>))
     return Status::covariance_lost;
   bool unknown = two.combines();
@@ -35,6 +40,7 @@ template <typename Scalar, int n>
     if (std::isinf(d.high) && !infinite_before) return Status::covariance_lost;
     unknown = unknown || std::isinf(d.high);
   }
+  next.magnification = before + two.magnification_of_P();  // a relative error stays, or shrinks
   next.extended = unknown || two.magnification_of_now() > worst_magnification<Scalar> / Scalar(64);
   two.variances(next.variances.data());
   return Status::ok;
@@ -63,12 +69,15 @@ JML_NOINLINE void factored_in_two(const Rule& rule, const Model& model,
   if constexpr (p > 0) {
     report.rows = {};
     correct_in_two(rule, sample, at_y, two, report, report.rows);
-    if (report.status == Status::ok && report.gate == Verdict::rejected) report.status = begin();
+    const bool rejected = report.status == Status::ok && report.gate == Verdict::rejected;
+    if (rejected) report.status = begin();
     if (report.status != Status::ok) return;
+    if (!rejected && !(two.magnification_of_x(prior.magnification) <= worst_surprise_in_two<Scalar>))
+      return void(report.status = Status::accuracy_not_met);
   }
   bool infinite = false;
   for (int i = 0; i < n; ++i) infinite = infinite || std::isinf(prior.D(i));
-  report.status = store_extended(two, next, infinite);
+  report.status = store_extended(two, next, infinite, prior.magnification);
 }
 
 }  // namespace jml::detail

@@ -95,6 +95,7 @@ template <typename Scalar, int n>
   }
   for (int i = 0; i < n; ++i) next.variances(i) = variances[i];
   next.extended = false;
+  next.magnification = Scalar(0);
   return held && all_finite(next.x);
 }
 

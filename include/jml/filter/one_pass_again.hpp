@@ -107,11 +107,15 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
   constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
   const Scalar now = two.magnification_of_now(), spread = now * now;
   report.rounding = epsilon * spread;
+  // Where states combine exactly, a deviation is zero to the rounding of what it came from: no more than 64 ε
+  // of what is left.
+  const bool combines = two.combines();
+  const Scalar most = (combines ? Scalar(64) * epsilon : plain_error<Scalar>) / extended_epsilon<Scalar>;
   if (!two.finite() || two.underflows() || !(report.rounding <= worst_error<Scalar> / Scalar(8)) ||
-      !(two.magnification() <= plain_error<Scalar> / extended_epsilon<Scalar>))
+      !(two.magnification() <= most))
     return report.status = Status::covariance_lost, prior;
   Belief next = prior;
-  const bool extended = fine || two.combines() || report.rounding > plain_error<Scalar> / Scalar(100);
+  const bool extended = fine || combines || report.rounding > plain_error<Scalar> / Scalar(100);
   for (int i = 0; i < n; ++i) {
     next.x(i) = in_two<Scalar>(two.x(i)).high;
     for (int j = 0; j <= i; ++j) {

@@ -66,14 +66,11 @@ template <typename Scalar, int n>
 [[nodiscard]] JML_NOINLINE Matrix<Scalar, n, n> dense_covariance(const FactoredBelief<Scalar, n>& belief) {
   constexpr Scalar most =
       (std::is_same_v<Scalar, float> ? Scalar(2e-2) : Scalar(2e-3)) / std::numeric_limits<Scalar>::epsilon();
-  Scalar sums[n];
-  bool held = true;
-  for (int i = n - 1; i >= 0; --i) {
-    sums[i] = std::isinf(belief.D(i)) ? Scalar(0) : std::sqrt(belief.variances(i));
-    if (std::isinf(sums[i])) sums[i] = Scalar(0);
-    for (int k = i + 1; k < n; ++k) sums[i] += std::abs(belief.U(i, k)) * sums[k];
-    if (belief.D(i) > Scalar(0)) held = held && sums[i] * sums[i] <= most * belief.D(i);
-  }
+  ExtendedMemory<Scalar, n, 0, 0> memory;
+  ExtendedStep<Scalar> two(memory);
+  two.load(belief.U.data(), belief.D.data(), nullptr, nullptr);
+  const Scalar magnification = two.magnification_of_now();
+  const bool held = magnification * magnification <= most;
   return held ? belief.P() : kernel::filled<Matrix<Scalar, n, n>>(std::numeric_limits<Scalar>::quiet_NaN());
 }
 

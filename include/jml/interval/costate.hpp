@@ -160,12 +160,16 @@ JML_INLINE inline bool pass_dynamics(const Matrix<Scalar, n, n>& A, const Matrix
   return regular;
 }
 
-/// (P⁻¹ + information)⁻¹ for a positive semidefinite P of any rank: L (I + Lᵀ Λ L)⁻¹ Lᵀ with P = L Lᵀ.
-/// False where that is not finite.
+/// (P⁻¹ + information)⁻¹ for a positive semidefinite P: L (I + Lᵀ Λ L)⁻¹ Lᵀ with P = L Lᵀ. False where that
+/// is not finite, and where P is singular but for states that are known exactly: L is not right to rounding.
 template <typename Scalar, int n>
 bool condition(const Matrix<Scalar, n, n>& P, const Matrix<Scalar, n, n>& information,
                Matrix<Scalar, n, n>& out) {
-  const Matrix<Scalar, n, n> L = kernel::SemidefiniteFactor<Scalar, n>(P).L;
+  const kernel::SemidefiniteFactor<Scalar, n> root(P);
+  int unknown = 0;
+  for (int i = 0; i < n; ++i) unknown += P(i, i) > Scalar(0);
+  if (root.rank < unknown) return false;
+  const Matrix<Scalar, n, n>& L = root.L;
   const Matrix<Scalar, n, n> LT = kernel::transposed(L);
   Matrix<Scalar, n, n> LTi, C = kernel::identity<Matrix<Scalar, n, n>>(), half, scaled, right;
   kernel::product(LT, information, LTi);            // Lᵀ Λ

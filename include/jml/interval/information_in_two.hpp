@@ -23,7 +23,7 @@ struct InformationMemory {
   T V[n * n], E[n], W[n * columns], d[columns], h[n * rows], weight[rows];
   T slope[n], moved[n], f[n], gain[n * inputs], alpha[inputs], g[inputs], offset[inputs], law[n * inputs];
   T U[n * n], D[n], mean[n];
-  Scalar size[n], bulk[n * columns], transposed[n * n];
+  Scalar size[n], bulk[n * columns], transposed[n * n], terms[n];
 };
 
 template <typename Scalar>
@@ -53,13 +53,18 @@ class InformationInTwo {
         mean_(m.mean),
         size_(m.size),
         bulk_(m.bulk),
-        transposed_(m.transposed) {
+        transposed_(m.transposed),
+        terms_(m.terms) {
     begin(nullptr, nullptr);
   }
 
   /// Λ (n×n; null: zero) and λ (null: zero). False where Λ is indefinite.
   bool begin(const Scalar* information, const Scalar* slope) {
-    for (int i = 0; i < n_; ++i) slope_[i] = T(slope != nullptr ? slope[i] : Scalar(0));
+    for (int i = 0; i < n_; ++i) {
+      slope_[i] = T(slope != nullptr ? slope[i] : Scalar(0));
+      terms_[i] = Ud::size_of(slope_[i]);
+    }
+    rounding_ = 0;
     for (int i = 0; i < n_ * n_; ++i) ud_.U[i] = T(information != nullptr ? information[i] : Scalar(0));
     return ud_.factor(std::numeric_limits<Scalar>::epsilon());
   }
@@ -70,7 +75,9 @@ class InformationInTwo {
       weight_[i] = std::isinf(r[i]) ? T(0) : T(1) / T(r[i]);
       for (int j = 0; j < n_; ++j) {
         h_[j + i * n_] = T(H[j + i * n_]);
-        slope_[j] = slope_[j] - h_[j + i * n_] * (weight_[i] * T(e[i]));
+        const T part = h_[j + i * n_] * (weight_[i] * T(e[i]));
+        slope_[j] = slope_[j] - part;
+        terms_[j] += Ud::size_of(part);
       }
     }
     for (int j = 0; pull != nullptr && j < n_; ++j) slope_[j] = slope_[j] - T(pull[j]);
@@ -95,23 +102,35 @@ class InformationInTwo {
       }
       static_cast<void>(
           ud_.correct(h_, T(1) + T(damping), k, alpha_[c], f_, W_, d_, size_, bulk_));  // k = Λ b / α
-      for (int i = 0; i < n_; ++i) slope_[i] = slope_[i] - k[i] * g;
+      for (int i = 0; i < n_; ++i) {
+        slope_[i] = slope_[i] - k[i] * g;
+        terms_[i] += Ud::size_of(k[i]) * Ud::size_of(g);
+      }
       sums.decrease += Ud::upper(g * g / alpha_[c]) / Scalar(2);
       sums.cost += b[c] * b[c] / Scalar(2);
       g_[c] = g;
     }
     if (offset != nullptr) find_law(A, B, offset, gain);
     for (int i = 0; i < n_; ++i) {
-      T sum(0);
+      T sum(0), sizes(0);
       for (int k = 0; k < n_; ++k) {
         sum = sum + T(A[k + i * n_]) * slope_[k];
+        sizes = sizes + T(std::abs(A[k + i * n_]) * terms_[k]);
         transposed_[i + k * n_] = A[k + i * n_];
       }
       moved_[i] = sum;
+      law_[i] = sizes;
     }
-    for (int i = 0; i < n_; ++i) slope_[i] = moved_[i];                     // Aᵀ λ
     ud_.propagate(transposed_, 0, nullptr, nullptr, W_, d_, size_, bulk_);  // Aᵀ Λ A
+    for (int i = 0; i < n_; ++i) size_[i] = Ud::upper(law_[i]);
+    rounding_ += extended_epsilon<Scalar> * ud_.magnification(size_, size_, f_);
+    for (int i = 0; i < n_; ++i) {
+      slope_[i] = moved_[i];  // Aᵀ λ
+      terms_[i] = Ud::size_of(moved_[i]);
+    }
   }
+  /// What rounding may have made of the innovations of Λ's rows since begin(), in their deviations.
+  [[nodiscard]] Scalar rounding() const { return rounding_; }
 
   /// At node 0, x = x̂ + L a with a term ½ Σ weight a² in J, `off` = x̂ - x̃: the change `law` of the nominal a.
   /// Rows of Λ are taken as measurements of a, so that a weight of 0 and an L of any rank are ordinary; what
@@ -215,7 +234,8 @@ class InformationInTwo {
   int n_, q_;
   Ud ud_, prior_;
   T *W_, *d_, *h_, *weight_, *slope_, *moved_, *f_, *gain_, *alpha_, *g_, *offset_, *law_, *mean_;
-  Scalar *size_, *bulk_, *transposed_;
+  Scalar *size_, *bulk_, *transposed_, *terms_;
+  Scalar rounding_ = 0;
 };
 
 }  // namespace jml::detail

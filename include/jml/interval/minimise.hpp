@@ -173,6 +173,7 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
         const bool left =
             std::sqrt(Scalar(2) * sums.decrease / unknowns) > std::max(tolerance, Scalar(1e3) * epsilon);
         if (once && left && report.iterations >= 2 && limit < options.max_iterations + 6) ++limit;
+        in_two = in_two || (left && report.iterations >= 2);
       }
     } else if (full) {
       newton = false;

@@ -172,7 +172,8 @@ class SmootherMemory {
       information.store(later.data());
       information.innovations(innovations.data());
       FactoredBelief<Scalar, n> belief;
-      if (!factors_of(before.filtered, belief) || !condition_in_two(later, &innovations, belief)) {
+      if (!(information.rounding() <= plain_error<Scalar>) || !factors_of(before.filtered, belief) ||
+          !condition_in_two(later, &innovations, belief)) {
         keep_filtered(before);
         answer = Status::covariance_lost;
         continue;
