@@ -26,8 +26,9 @@ template <typename Scalar>
 struct ExtendedUd {
   using T = Extended<Scalar>;
   int n;
-  T* U;  // n×n, unit upper triangle
-  T* D;  // n, ≥ 0 or infinite
+  T* U;              // n×n, unit upper triangle
+  T* D;              // n, ≥ 0 or infinite
+  Scalar noise = 1;  // of U and D as they are, in their rounding: of factors of a dense P its magnification
 
   static Scalar upper(const T& a) { return static_cast<Scalar>(in_two<Scalar>(a).high); }
   static Scalar size_of(const T& a) { return std::abs(upper(a)); }
@@ -116,7 +117,7 @@ struct ExtendedUd {
         }
         sum = sum + d[k] * W[j + k * n] * W[j + k * n];
       }
-      const Scalar zero = small * size[j];
+      const Scalar zero = noise * small * size[j];
       D[j] = upper(sum) <= zero * zero ? T(0) : sum;  // what is no number stays none
       if (upper(D[j]) == Scalar(0)) continue;
       for (int i = 0; i < j; ++i) {
@@ -130,6 +131,15 @@ struct ExtendedUd {
           if (!infinite(d[k])) W[i + k * n] = W[i + k * n] - factor * W[j + k * n];
         }
       }
+    }
+    for (int i = 0; i < n; ++i) {  // a state that no direction reaches by more than rounding is known
+      const Scalar zero = noise * small * size[i];
+      Scalar sum = 0;
+      for (int k = i; k < n; ++k) {
+        const Scalar part = size_of(u(i, k));
+        if (part > Scalar(0)) sum += part * part * upper(D[k]);
+      }
+      for (int k = i + 1; k < n && sum <= zero * zero; ++k) u(i, k) = T(0);
     }
   }
 
@@ -185,7 +195,7 @@ struct ExtendedUd {
     for (int j = 0; j < n; ++j) {
       if (!infinite(D[j])) alpha = alpha + f[j] * f[j] * D[j];
     }
-    const Scalar zero = rounding(n) * sizes;
+    const Scalar zero = noise * rounding(n) * sizes;
     if (!(upper(r) > Scalar(0)) && upper(alpha) <= zero * zero) return RowUse::redundant;
     T before = r;
     for (int j = 0; j < n; ++j) {

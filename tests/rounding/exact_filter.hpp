@@ -70,14 +70,14 @@ inline void make_lower(Quad* a, int n, int m) {
   }
 }
 
-/// L with L Lᵀ = a, of a symmetric n×n matrix of doubles (one row after another) of any rank; a pivot below 2⁻⁹⁰ of
+/// L with L Lᵀ = a, of a symmetric n×n matrix of doubles (one row after another) of any rank; a pivot below 2⁻⁷⁰ of
 /// the entry it came from is zero.
 inline QuadMatrix root_of(const double* a, int n) {
   QuadMatrix w{}, L{};
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j <= i; ++j) w[i][j] = a[i * n + j];
   }
-  const Quad small = ldexpq(1, -90);
+  const Quad small = ldexpq(1, -70);
   for (int k = 0; k < n; ++k) {
     if (!(w[k][k] > small * fabsq(a[k * n + k]))) continue;
     L[k][k] = sqrtq(w[k][k]);
@@ -144,13 +144,13 @@ struct Moments {
   QuadVector x{};
   QuadMatrix S{};
   QuadVector size{};     ///< of each state, the root of the sum of squares of the terms that it last came from
-  bool cancelled = false;  ///< a variance has cancelled to less than 1e-60 of its terms, and was made zero
+  bool cancelled = false;  ///< a variance has cancelled to less than 1e-57 of its terms, and was made zero
 
   /// F n×n, B n×n with B Bᵀ = G Q Gᵀ; `share` of the terms' variance is added to each state.
   void predict(const double* F, const QuadMatrix& B, Quad share) {
     std::array<Quad, most_states * 3 * most_states> a{};
     const int m = share > 0 ? 3 * n : 2 * n;
-    const Quad tiny = ldexpq(1, -200);
+    const Quad tiny = ldexpq(1, -190);
     QuadVector old = x;
     for (int i = 0; i < n; ++i) {
       Quad* row = a.data() + i * m;

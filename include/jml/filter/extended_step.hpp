@@ -67,6 +67,7 @@ class ExtendedStep {
     constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
     const bool valid = ud_.factor(low != nullptr ? extended_epsilon<Scalar> : epsilon);
     ud_.deviations(size_);
+    ud_.noise = low != nullptr ? ud_.magnification(size_, size_, f_) : Scalar(1);
     return valid;
   }
   /// P by its factors; the low parts may be null.
@@ -74,6 +75,7 @@ class ExtendedStep {
     for (int i = 0; i < n_ * n_; ++i) ud_.U[i] = as_one(U[i], U_low != nullptr ? U_low[i] : Scalar(0));
     for (int i = 0; i < n_; ++i)
       ud_.D[i] = std::isinf(D[i]) ? T(D[i]) : as_one(D[i], D_low != nullptr ? D_low[i] : Scalar(0));
+    ud_.noise = 1;
     ud_.deviations(size_);
   }
   void load_state(const Scalar* x, const Scalar* low) {

@@ -211,6 +211,8 @@ struct FixedLag {
       report.status = found.status;
       report.sweeps = found.iterations;
       report.cost = found.cost;
+      if (usable(report.status) && detail::too_fine(sensor, window.x(window.depth() - node), y, at))
+        report.status = Status::accuracy_not_met;
       if (!usable(report.status)) window.template remove_newest<S>(node);
     }
   }

@@ -122,7 +122,7 @@ class SmootherMemory {
   /// here.
   [[nodiscard]] bool smooth_here() {
     // Less than P asks for: x moves by as many deviations as later measurements say, each of them as wrong.
-    constexpr Scalar most = Scalar(1e-2) * most_noise<Scalar> / std::numeric_limits<Scalar>::epsilon();
+    constexpr Scalar most = Scalar(4e-4) * most_noise<Scalar> / std::numeric_limits<Scalar>::epsilon();
     CostToGo<Scalar, n> v;
     Scalar noise = 0;
     const auto rounding = [](const auto& weights, const auto& P) {

@@ -55,8 +55,13 @@ JML_INLINE inline bool correct_riccati(const Matrix<Scalar, n, n>& N, const Matr
     if (!factor.factor(S)) return false;
     condition = Scalar(1);
     if constexpr (p > 1) {
+      Vector<Scalar, p> from;  // what pivot i came from: S_ii, and through L all that those before it did
       kernel::repeat<p>([&](int i) JML_INLINE {
-        const Scalar share = S(i, i) * factor.inverse_diagonal(i);
+        from(i) = S(i, i);
+        kernel::repeat<p>([&](int k) JML_INLINE {
+          if (p > 2 && k < i) from(i) += factor.lower(i, k) * factor.lower(i, k) * from(k);
+        });
+        const Scalar share = from(i) * factor.inverse_diagonal(i);
         condition = share > condition ? share : condition;
       });
     }
