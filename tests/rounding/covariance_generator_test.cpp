@@ -47,7 +47,7 @@ TEST(CovarianceGenerator, OnceWrong) {
     tally.print_wrong(form, false);
     EXPECT_EQ(tally.total(form, false).wrong(), 0) << name_of(form);
   }
-  EXPECT_EQ(tally.total(Form::factored, false, 1e20).problems, 1);
+  EXPECT_EQ(tally.total(Form::factored, false, 1e20).problems, 1);  // the first
   EXPECT_EQ(tally.total(Form::factored, false, 1e20).refused, 0);
 }
 

@@ -93,11 +93,11 @@ class Tally {
     }
   }
 
-  /// Of the conditions below `limit` (a bin's edge).
+  /// Of the problems whose steps have conditions below `limit` (a bin's edge).
   [[nodiscard]] Counts total(Form form, bool single, double limit = infinite) const {
     Counts sum;
     for (int b = 0; b < bins; ++b) {
-      if (limit == infinite || b < bin_of(limit)) sum.add(tables_[index(form, single)].by_condition[static_cast<std::size_t>(b)]);
+      if (limit == infinite || b < bin_of(limit)) sum.add(tables_[index(form, single)].by_loss[static_cast<std::size_t>(b)]);
     }
     return sum;
   }

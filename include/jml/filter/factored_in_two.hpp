@@ -46,6 +46,23 @@ template <typename Scalar, int n>
   return Status::ok;
 }
 
+/// Of a linear m: an ε of y, or of the terms of H x, is more than a deviation of the noise.
+template <typename Rule, typename Sample, typename At, typename Scalar, int n>
+[[nodiscard]] bool finer_than_its_digits(const Rule& rule, const Sample& sample, const At& at,
+                                         const Vector<Scalar, n>& x) {
+  constexpr int p = Sample::measurements;
+  using S = std::remove_cvref_t<decltype(sample.sensor)>;
+  bool finer = false;
+  if constexpr (SensorTraits<S>::linear) {
+    constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
+    const Vector<Scalar, p> R = conditional_variances<Scalar, p>(noise_covariance(sample.sensor, x, at));
+    const Matrix<Scalar, p, n> H = sensor_slot<Rule::D>(rule, sample.sensor, x, x, at);
+    const Vector<Scalar, p> terms = innovation_sizes(H, x, sample.y);
+    for (int i = 0; i < p; ++i) finer = finer || !(epsilon * terms(i) * epsilon <= R(i));
+  }
+  return finer;
+}
+
 /// A prediction over `at` (where `moves`), and the correction with a sample (Unobserved: none) at `at_y`,
 /// from `prior` in twice the digits.
 template <bool moves, typename Rule, typename Model, typename Scalar, int n, typename At, typename Sample,
@@ -67,12 +84,18 @@ JML_NOINLINE void factored_in_two(const Rule& rule, const Model& model,
   report.status = begin();
   if (report.status != Status::ok) return;
   if constexpr (p > 0) {
+    constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
+    const Scalar given = prior.extended ? Scalar(0) : epsilon * two.magnification_of_now();
     report.rows = {};
     correct_in_two(rule, sample, at_y, two, report, report.rows);
     const bool rejected = report.status == Status::ok && report.gate == Verdict::rejected;
     if (rejected) report.status = begin();
     if (report.status != Status::ok) return;
-    if (!rejected && !(two.magnification_of_x(prior.magnification) <= worst_surprise_in_two<Scalar>))
+    // A P in the digits of Scalar is right to `given`; where NIS is of the rounding of y, x is no answer.
+    const bool blamed = !(given * std::sqrt(report.rows.nis()) <= plain_error<Scalar>) &&
+                        finer_than_its_digits(rule, sample, at_y, prior.x);
+    if (!rejected &&
+        (blamed || !(two.magnification_of_x(prior.magnification) <= worst_surprise_in_two<Scalar>)))
       return void(report.status = Status::accuracy_not_met);
   }
   bool infinite = false;

@@ -157,6 +157,10 @@ template <typename Rule, typename Model, typename Belief, typename At, typename 
   return Status::ok;
 }
 
+/// NIS beyond which the rounding of P tells in x: the gain is as wrong as P is.
+template <typename Scalar, int p>
+inline constexpr Scalar surprising = Scalar(1e6) * Scalar(p);
+
 enum class FastCorrection : std::uint8_t { done, refused, short_of_digits };
 
 /// One measurement into the factors of `next`, in place.
@@ -213,16 +217,20 @@ template <typename Rule, typename S, typename Belief, typename Y, typename At, t
   Matrix<Scalar, p, p> lower = kernel::identity<Matrix<Scalar, p, p>>();  // of S = L diag(alpha) Lᵀ
   Vector<Scalar, p> alphas;
   Vector<Scalar, n> gain;
+  Scalar nis = 0;
   for (int i = 0; i < p; ++i) {
     Scalar alpha;
     kernel::correct_row(next, &H(0, i), r(i), gain, alpha);
-    kernel::scale_column(gain, 0, Scalar(1) / alpha, k, i);
+    const Scalar inverse = Scalar(1) / alpha;
+    nis += e(i) * e(i) * inverse;
+    kernel::scale_column(gain, 0, inverse, k, i);
     for (int l = i + 1; l < p; ++l) {
       lower(l, i) = kernel::Strip<Scalar, n>::dot(n, &H(0, l), &k(0, i));
       e(l) -= lower(l, i) * e(i);
     }
     alphas(i) = alpha;
   }
+  if (!(nis <= surprising<Scalar, p>)) return FastCorrection::short_of_digits;
   if constexpr (exact) {  // x̄ + Σ k e, with what rounding leaves
     for (int j = 0; j < n; ++j) {
       Scalar change = 0;
