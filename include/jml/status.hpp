@@ -37,6 +37,8 @@ enum class Status : std::uint8_t {
                      ///< direction, or no matrix of this scalar can hold it
   contradiction,     ///< a perfect measurement (R = 0) of what is known exactly says something else
   not_converged,     ///< no root of the implicit step was found within the bounds
+  no_minimum,        ///< the root that was found is a saddle or a maximum of the criterion, and no way down from
+                     ///< it led to a minimum
   not_a_trajectory,  ///< the criterion J is not defined for this sequence of states
   riccati_escape,    ///< P of a nonsymmetric rule grows beyond all bounds in finite time, or faster than this
                      ///< step can follow
@@ -116,6 +118,8 @@ enum class Solver : std::uint8_t {
       return "refused: a perfect measurement contradicts what is known exactly";
     case Status::not_converged:
       return "refused: the implicit step did not converge";
+    case Status::no_minimum:
+      return "refused: the root is a saddle or a maximum of the criterion, and no minimum was reached";
     case Status::not_a_trajectory:
       return "refused: the states are no trajectory of the model";
     case Status::riccati_escape:

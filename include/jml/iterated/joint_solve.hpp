@@ -3,7 +3,7 @@
 /// How the root of an exact JML step is found: a bounded iteration first, the fallback solver below it.
 #pragma once
 
-#include <jml/iterated/whitened_step.hpp>
+#include <jml/iterated/minimum.hpp>
 #include <jml/solve/anderson.hpp>
 #include <jml/solve/newton.hpp>
 
@@ -156,6 +156,81 @@ JML_NOINLINE Root<Step> use_fallback_solver(const Rule& rule, const Step& step,
   return polish(step, tolerance, rule.options.max_newton, root);
 }
 
+/// Down from a root that is no minimum of (11), if it is none: by the fallback solver from both sides of it,
+/// along a direction in which (11) falls; the lower of the minima reached. no_minimum: none is.
+template <typename Rule, typename Step, typename Scalar>
+JML_NOINLINE Root<Step> leave_saddle(const Rule& rule, const Step& step, Scalar tolerance, Root<Step> root,
+                                     bool may_descend) {
+  constexpr int n = static_cast<int>(Step::X::RowsAtCompileTime);
+  using U = Vector<Scalar, 2 * n>;
+  using Whitened = WhitenedStep<Step, Scalar, n>;
+  const Whitened whitened(step);
+  const auto cost_at = [&](const U& u) {
+    Vector<Scalar, Whitened::residuals> r;
+    return whitened.evaluate(u, r, nullptr) ? kernel::dot(r, r) / Scalar(2)
+                                            : std::numeric_limits<Scalar>::infinity();
+  };
+  for (int round = 0; round < 4; ++round) {
+    const Bend<Step> bend(step, root.z, root.visit);
+    U down;
+    if (!bend.finite || bend.is_slight(step, root.visit) ||
+        !leads_down<Step, Whitened, Scalar, n>(step, whitened, bend, root.visit, down))
+      return root;
+    if (!may_descend) break;
+    const U from = whitened.coordinates(root.visit);
+    const Scalar cost = cost_at(from);
+    Root<Step> best = root;
+    best.status = Status::no_minimum;
+    best.cost = std::numeric_limits<Scalar>::infinity();
+    for (const Scalar side : {Scalar(1), Scalar(-1)}) {
+      U u;
+      bool falls = false;
+      for (Scalar length = side; !falls && std::abs(length) > Scalar(1e-6); length /= Scalar(2)) {
+        for (int i = 0; i < 2 * n; ++i) u(i) = from(i) + length * down(i);
+        falls = cost_at(u) < cost;
+      }
+      if (!falls) continue;
+      Root<Step> there = root;
+      there.iterations += rule.fallback.minimize(whitened, u).iterations;
+      there.solver = Rule::Fallback::solver;
+      there.z = whitened.point(u);
+      if (!all_finite(there.z)) continue;
+      there = polish(step, tolerance, rule.options.max_newton, there);
+      if (!usable(there.status)) continue;
+      there.cost = step.cost_at_root(there.visit);
+      if (there.cost < best.cost && there.cost < cost) best = there;
+      root.iterations = best.iterations = there.iterations;
+    }
+    if (!usable(best.status)) return best;
+    root = best;
+  }
+  root.status = Status::no_minimum;
+  return root;
+}
+
+/// A root of a symmetric P made sure of: a minimum, and where the step bends much and the first attempt took
+/// long, not a higher one than the fallback solver goes down to from the start.
+template <typename Rule, typename Step, typename Scalar>
+JML_NOINLINE Root<Step> seek_minimum(const Rule& rule, const Step& step, const typename Step::X& prediction,
+                                     Scalar tolerance, const Root<Step>& start, Root<Step> root) {
+  const bool may_descend = rule.options.use_fallback;
+  const auto make_sure = [&](const Root<Step>& of) {
+    const Bend<Step> bend(step, of.z, of.visit);
+    return bend.is_slight(step, of.visit) ? of : leave_saddle(rule, step, tolerance, of, may_descend);
+  };
+  root = make_sure(root);
+  const bool wandered = root.iterations > 7 && root.solver != Rule::Fallback::solver;
+  if (!may_descend || !wandered || Bend<Step>(step, start.z, start.visit).is_slight(step, start.visit)) return root;
+  Root<Step> other = use_fallback_solver(rule, step, prediction, tolerance, root);
+  if (usable(other.status)) {
+    other.cost = step.cost_at_root(other.visit);
+    other = make_sure(other);
+    if (usable(other.status) && !(root.cost <= other.cost)) return other;
+  }
+  root.iterations = other.iterations;
+  return root;
+}
+
 /// The root of one step from `start`, (x̂, f(x̂)) already visited: first attempt, then the fallback solver.
 /// `symmetric_prior`: the cost (11) must not be larger than at the start.
 template <typename Rule, typename Step>
@@ -196,6 +271,10 @@ JML_NOINLINE Root<Step> solve_joint_step(const Rule& rule, const Step& step,
   if (!usable(root.status) && options.use_fallback && !options.accept_at_limit) {
     root = use_fallback_solver(rule, step, prediction, tolerance, root);
     judge_cost(root);
+  }
+  if constexpr (Bend<Step>::of_m || Bend<Step>::of_f) {
+    if (symmetric_prior && usable(root.status) && root.status != Status::accepted_at_limit)
+      root = seek_minimum(rule, step, prediction, tolerance, start, root);
   }
   return root;
 }

@@ -32,6 +32,19 @@ struct WhitenedStep {
     return z;
   }
 
+  /// u of a root: a = Lᵀ f_xᵀ e, b = Bᵀ e.
+  Vector<Scalar, 2 * n> coordinates(const typename Step::Visit& at) const {
+    Vector<Scalar, 2 * n> u;
+    Vector<Scalar, n> e, fe, part;
+    kernel::product(kernel::transposed(at.m_x), at.weighted_innovation, e);  // e = m_xᵀ ν
+    kernel::product(kernel::transposed(at.f_x), e, fe);
+    kernel::product(kernel::transposed(L), fe, part);
+    kernel::set_block(u, 0, 0, part);
+    kernel::product(kernel::transposed(B), e, part);
+    kernel::set_block(u, n, 0, part);
+    return u;
+  }
+
   bool evaluate(const Vector<Scalar, 2 * n>& u, Vector<Scalar, residuals>& r,
                 Matrix<Scalar, residuals, 2 * n>* J) const {
     const typename Step::Z z = point(u);

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Whether a root of an exact step is a minimum of its criterion (11), and which way leads down from one that is
+/// a saddle or a maximum.
+///
+/// With x_s = x̂ + L a and G w = B b (iterated/whitened_step.hpp), ν = R⁻¹ (y - m), e = m_xᵀ ν,
+///   W = m_xᵀ R⁻¹ m_x - Σ ν_k ∇²m_k at x_1,  Λ = Σ e_j ∇²f_j at x_s,
+/// the Hessian of (11) in b is I + Bᵀ W B, and what is left of it in a, with b at its best,
+///   I + Lᵀ (f_xᵀ (I + W C)⁻¹ W f_x - Λ) L.
+/// The root is a minimum where both are positive definite: two n×n matrices, whatever the ranks of P and C.
+#pragma once
+
+#include <jml/iterated/joint_step.hpp>
+#include <jml/iterated/whitened_step.hpp>
+
+namespace jml::detail {
+
+/// A unit d with dᵀ A d < 0 of a symmetric A, or false where there is none to `rounding`, what that may have
+/// made of each diagonal entry. By A = L D Lᵀ with the largest pivots first.
+template <typename Scalar, int n>
+[[nodiscard]] JML_NOINLINE bool negative_direction(Matrix<Scalar, n, n> A, const Vector<Scalar, n>& rounding,
+                                                   Vector<Scalar, n>& d) {
+  Matrix<Scalar, n, n> L = kernel::zeros<Matrix<Scalar, n, n>>();  // column of each pivot, by its index
+  int order[n], pivots = 0;
+  bool done[n] = {};
+  kernel::set_zero(d);
+  for (; pivots < n; ++pivots) {
+    int best = -1;
+    for (int i = 0; i < n; ++i) {
+      if (!done[i] && A(i, i) > rounding(i) && (best < 0 || A(i, i) > A(best, best))) best = i;
+    }
+    if (best < 0) break;
+    done[best] = true;
+    order[pivots] = best;
+    for (int i = 0; i < n; ++i) {
+      if (!done[i]) L(i, best) = A(i, best) / A(best, best);
+    }
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; j < n; ++j) {
+        if (!done[i] && !done[j]) A(i, j) -= L(i, best) * A(j, best);
+      }
+    }
+  }
+  bool found = false;
+  for (int i = 0; i < n && !found; ++i) {
+    if (done[i]) continue;
+    found = A(i, i) < -rounding(i);
+    d(i) = Scalar(1);
+    for (int j = 0; j < i && !found; ++j) {  // two that are nothing alone
+      found = !done[j] && std::abs(A(i, j)) > rounding(i) + rounding(j);
+      if (found) d(j) = A(i, j) > Scalar(0) ? Scalar(-1) : Scalar(1);
+    }
+    if (!found) d(i) = Scalar(0);
+  }
+  if (!found) return false;
+  for (int k = pivots - 1; k >= 0; --k) {  // L⁻ᵀ
+    const int j = order[k];
+    for (int i = 0; i < n; ++i) {
+      if (i != j) d(j) -= L(i, j) * d(i);
+    }
+  }
+  const Scalar length = std::sqrt(kernel::dot(d, d));
+  for (int i = 0; i < n; ++i) d(i) /= length;
+  return true;
+}
+
+/// The second derivatives of a step's models at a root.
+template <typename Step>
+struct Bend {
+  using X = typename Step::X;
+  using Scalar = typename X::Scalar;
+  static constexpr int n = static_cast<int>(X::RowsAtCompileTime), p = Step::p;
+  using Square = Matrix<Scalar, n, n>;
+  static constexpr bool of_m = !SensorTraits<std::remove_cvref_t<decltype(Step::sensor)>>::linear,
+                        of_f = !DynamicsTraits<std::remove_cvref_t<decltype(Step::dynamics_model)>>::linear;
+
+  Square m = kernel::zeros<Square>(), f = m;  // Σ ν_k ∇²m_k, Λ
+  bool finite = true;
+
+  Bend(const Step& step, const typename Step::Z& z, const typename Step::Visit& at) {
+    if constexpr (of_m)
+      m = measurement_hessian(step.sensor, Step::next(z), at.weighted_innovation, step.at_y);
+    if constexpr (of_f) {
+      X e;
+      kernel::product(kernel::transposed(at.m_x), at.weighted_innovation, e);  // e = m_xᵀ ν
+      f = dynamics_hessian(step.dynamics_model, Step::smoothed(z), e, step.at);
+    }
+    finite = all_finite(m) && all_finite(f);
+  }
+
+  /// They are too small for anything but a minimum: |Bᵀ m B| + … ≤ Σ |m_ij| √(N_ii N_jj) + Σ |Λ_ij| √(P_ii P_jj).
+  [[nodiscard]] bool is_slight(const Step& step, const typename Step::Visit& at) const {
+    Square fP, N;
+    kernel::product(at.f_x, step.prior.P, fP);
+    kernel::add_symmetric_product<1>(step.noise, fP, at.f_x, N);  // N = f_x P f_xᵀ + C
+    Scalar sum = 0;
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; j < n; ++j) {
+        sum += std::abs(m(i, j)) * std::sqrt(std::abs(N(i, i) * N(j, j)));
+        if constexpr (of_f) sum += std::abs(f(i, j)) * std::sqrt(std::abs(step.prior.P(i, i) * step.prior.P(j, j)));
+      }
+    }
+    return sum < Scalar(1);
+  }
+};
+
+/// A direction in (a, b) along which (11) falls from a root; false where that is a minimum, to rounding.
+template <typename Step, typename Whitened, typename Scalar, int n>
+[[nodiscard]] JML_NOINLINE bool leads_down(const Step& step, const Whitened& whitened, const Bend<Step>& bend,
+                                           const typename Step::Visit& at, Vector<Scalar, 2 * n>& down) {
+  using Square = Matrix<Scalar, n, n>;
+  constexpr Scalar epsilon = Scalar(64 * n) * std::numeric_limits<Scalar>::epsilon();
+  const Square L = whitened.L, B = whitened.B;
+  const auto sizes = [](const Square& a) {
+    Square out;
+    for (int i = 0; i < n * n; ++i) out.data()[i] = std::abs(a.data()[i]);
+    return out;
+  };
+  // I + Fᵀ M F, and what rounding may have made of its diagonal if M is right to that of `terms`.
+  const auto curvature = [&](const Square& F, const Square& M, const Square& terms, Vector<Scalar, n>& rounding) {
+    Square MF, out = kernel::identity<Square>();
+    kernel::product(M, F, MF);
+    kernel::add_symmetric_transposed_product<1>(out, F, MF, out);
+    const Square size = sizes(F);
+    kernel::product(terms, size, MF);
+    for (int i = 0; i < n; ++i) {
+      rounding(i) = Scalar(1);
+      for (int j = 0; j < n; ++j) rounding(i) += size(j, i) * MF(j, i);
+      rounding(i) *= epsilon;
+    }
+    return out;
+  };
+  kernel::set_zero(down);
+  Square W, terms;
+  Matrix<Scalar, Step::p, n> Rm;
+  for (int j = 0; j < n; ++j) kernel::set_column(Rm, j, step.R_factor.solve(kernel::column_of(at.m_x, j)));
+  kernel::product(kernel::transposed(at.m_x), Rm, W);  // m_xᵀ R⁻¹ m_x
+  terms = sizes(W) + sizes(bend.m);
+  W = kernel::symmetric_part(W) - bend.m;
+
+  Vector<Scalar, n> rounding, d;
+  const Square in_b = curvature(B, W, terms, rounding);
+  if (negative_direction(in_b, rounding, d)) {
+    kernel::set_block(down, n, 0, d);
+    return true;
+  }
+  // (I + W C)⁻¹ W = W - W B (I + Bᵀ W B)⁻¹ Bᵀ W
+  kernel::SymmetricFactor<Scalar, n> factor;
+  if (!factor.factor(in_b)) return false;  // singular to rounding
+  Square WB, scaled, half, right, rest, Wf, X = kernel::zeros<Square>();
+  kernel::product(W, B, WB);
+  factor.right_solve(WB, half, scaled, right);
+  kernel::add_symmetric_product<-1>(W, scaled, half, rest);
+  kernel::product(rest, at.f_x, Wf);
+  kernel::add_symmetric_transposed_product<1>(X, at.f_x, Wf, X);
+  kernel::product(terms, sizes(at.f_x), Wf);
+  kernel::product(kernel::transposed(sizes(at.f_x)), Wf, terms);
+  const Square in_a = curvature(L, X - bend.f, terms + sizes(bend.f), rounding);
+  if (!negative_direction(in_a, rounding, d)) return false;
+  kernel::set_block(down, 0, 0, d);
+  Vector<Scalar, n> delta, moved, Wmoved, b;
+  kernel::product(L, d, delta);
+  kernel::product(at.f_x, delta, moved);
+  kernel::product(W, moved, Wmoved);
+  kernel::product(kernel::transposed(B), Wmoved, b);
+  kernel::set_block(down, n, 0, Vector<Scalar, n>(-factor.solve(b)));  // b = -(I + Bᵀ W B)⁻¹ Bᵀ W f_x L a
+  return true;
+}
+
+}  // namespace jml::detail
