@@ -3,8 +3,11 @@
 // the step goes on downhill, on both sides, to the lower minimum.
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <jml/campaign/noise.hpp>
+#include <jml/interval/batch.hpp>
+#include <jml/interval/fixed_lag.hpp>
 #include <jml/iterated/iterated.hpp>
 
 namespace {
@@ -79,6 +82,34 @@ TEST(Minima, S7BetweenTheBeacons) {
   expect_above_or_below(jml::Iekf{});
 }
 
+// The same of a window and of a whole interval.
+TEST(Minima, S6AndS7OfAnInterval) {
+  const jml::Estimate<double, 1> origin{0.0, 4.0};
+  const jml::Estimate<double, 2> between{Vec<2>(0, 1e-6), 100 * Mat<2, 2>::Identity()};
+  const auto is_square = [](double x, double cost) {
+    EXPECT_NEAR(std::abs(x), 0.999375, 1e-6);
+    EXPECT_NEAR(cost, 0.1249, 1e-4);
+  };
+  jml::Filter lag{jml::FixedLag<3>{}, Rest<1>{1e-6}, jml::Sensors<Square>{}, origin};
+  const auto lagged = lag.step(Square{}, 1.0);
+  EXPECT_TRUE(jml::usable(lagged.status)) << jml::describe(lagged.status);
+  is_square(lag.x()(0), lagged.cost);
+
+  jml::Batch batch{Rest<1>{1e-6}, jml::Sensors<Square>{}, origin, {.steps = 1, .measurements = 1}};
+  ASSERT_EQ(batch.step(Square{}, 1.0).status, Status::ok);
+  const auto solved = batch.solve();
+  EXPECT_TRUE(jml::usable(solved.status)) << jml::describe(solved.status);
+  is_square(batch.x(1)(0), solved.cost);
+
+  jml::Batch beside{Rest<2>{}, jml::Sensors<Beacons>{}, between, {.steps = 1, .measurements = 1}};
+  ASSERT_EQ(beside.update(Beacons{}, Vec<2>(14.142, 14.142)).status, Status::ok);
+  const auto found = beside.solve();
+  EXPECT_TRUE(jml::usable(found.status)) << jml::describe(found.status);
+  EXPECT_NEAR(beside.x(0)(0), 0, 1e-6);
+  EXPECT_NEAR(std::abs(beside.x(0)(1)), 9.9992, 1e-3);
+  EXPECT_NEAR(found.cost, 0.50, 5e-3);
+}
+
 // Without a solver to go down by, the root is named for what it is.
 TEST(Minima, NamedWithoutFallback) {
   jml::Filter filter{jml::IteratedJml{jml::IterationOptions{.use_fallback = false}}, Rest<1>{1e-6},
@@ -86,6 +117,111 @@ TEST(Minima, NamedWithoutFallback) {
   EXPECT_EQ(filter.step(Square{}, 1.0).status, Status::no_minimum);
   EXPECT_EQ(filter.x()(0), 0);
   EXPECT_EQ(filter.P()(0, 0), 4);
+}
+
+/// f and m with vanishing second-order terms alone beside x, and a stationary point of J at x = 0 that is of any kind.
+template <int n>
+struct Bent {
+  static constexpr int states = n, disturbances = n;
+  std::array<Mat<n, n>, n> bend;
+  Mat<n, n> Q;
+  template <typename T>
+  jml::Vector<T, n> dynamics(const jml::Vector<T, n>& x) const {
+    jml::Vector<T, n> out = x;
+    for (int i = 0; i < n; ++i) out(i) += form(bend[i], x);
+    return out;
+  }
+  template <typename T>
+  static T form(const Mat<n, n>& A, const jml::Vector<T, n>& x) {
+    T sum(0);
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; j < n; ++j) sum += 0.5 * A(i, j) * x(i) * x(j);
+    }
+    return sum;
+  }
+  Mat<n, n> disturbance_input() const { return Mat<n, n>::Identity(); }
+  Mat<n, n> disturbance_covariance() const { return Q; }
+};
+template <int n>
+struct Bowl {
+  static constexpr int measurements = 2;
+  std::array<Mat<n, n>, 2> bend;
+  template <typename T>
+  jml::Vector<T, 2> measurement(const jml::Vector<T, n>& x) const {
+    return jml::Vector<T, 2>(Bent<n>::form(bend[0], x), Bent<n>::form(bend[1], x));
+  }
+  Mat<2, 2> noise_covariance() const { return 0.1 * Mat<2, 2>::Identity(); }
+};
+template <int n>
+Mat<n, n> symmetric(jml::Noise& noise, double size) {
+  Mat<n, n> out;
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j <= i; ++j) out(i, j) = out(j, i) = size * noise.normal();
+  }
+  return out;
+}
+/// Least eigenvalue of the Hessian of J over (x_0 in deviations, w in deviations), by differences of J itself.
+template <int n, typename J>
+double least_curvature(const J& cost, const Eigen::Matrix<double, 2 * n, 1>& u) {
+  Eigen::Matrix<double, 2 * n, 2 * n> H;
+  constexpr double h = 1e-4;
+  const auto at = [&](int i, double a, int j, double b) {
+    auto v = u;
+    v(i) += a;
+    v(j) += b;
+    return cost(v);
+  };
+  for (int i = 0; i < 2 * n; ++i) {
+    for (int j = 0; j <= i; ++j)
+      H(i, j) = H(j, i) = (at(i, h, j, h) - at(i, h, j, -h) - at(i, -h, j, h) + at(i, -h, j, -h)) / (4 * h * h);
+  }
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 2 * n, 2 * n>>(H).eigenvalues()(0);
+}
+template <int n>
+void expect_minima(std::uint64_t seed, int runs) {
+  jml::Noise noise(seed);
+  int planted = 0, usable = 0;
+  for (int k = 0; k < runs; ++k) {
+    Bent<n> model;
+    Bowl<n> bowl{{symmetric<n>(noise, 1), symmetric<n>(noise, 1)}};
+    for (auto& bend : model.bend) bend = symmetric<n>(noise, 0.2);
+    Mat<n, n> root_P, root_Q;
+    for (int i = 0; i < n * n; ++i) {
+      root_P.data()[i] = noise.normal() / std::sqrt(n);
+      root_Q.data()[i] = (k % 3 == 0 ? 0 : 0.5) * noise.normal() / std::sqrt(n);  // none, or of any size
+    }
+    model.Q = root_Q * root_Q.transpose();
+    const Mat<n, n> P = root_P * root_P.transpose();
+    const Vec<2> y(noise.normal(), noise.normal());
+    const auto cost = [&](const Eigen::Matrix<double, 2 * n, 1>& u) {
+      const Vec<n> x0 = root_P * u.template head<n>(), w = root_Q * u.template tail<n>();
+      const Vec<n> x1 = model.dynamics(x0) + w;
+      const Vec<2> miss = y - bowl.measurement(x1);
+      return 0.5 * u.squaredNorm() + 0.5 * miss.squaredNorm() / 0.1;
+    };
+    using U = Eigen::Matrix<double, 2 * n, 1>;
+    const bool saddle = least_curvature<n>(cost, U(U::Zero())) < -1e-3;
+    planted += saddle;
+    jml::Filter filter{jml::IteratedJml{}, model, jml::Estimate<double, n>{Vec<n>(Vec<n>::Zero()), P}};
+    const auto report = filter.step(bowl, y);
+    if (!jml::usable(report.status)) continue;
+    ++usable;
+    // u of the answer: x_s = root_P a; w = x_1 - f(x_s) = root_Q b, of the least length where Q is zero.
+    U u;
+    u.template head<n>() = root_P.fullPivLu().solve(report.smoothed);
+    const Vec<n> w = filter.x() - model.dynamics(report.smoothed);
+    u.template tail<n>() = k % 3 == 0 ? Vec<n>(Vec<n>::Zero()) : Vec<n>(root_Q.fullPivLu().solve(w));
+    ASSERT_NEAR(cost(u), report.cost, 1e-6 * (1 + report.cost)) << k;
+    EXPECT_GT(least_curvature<n>(cost, u), -1e-4) << "n = " << n << ", problem " << k;
+    EXPECT_LE(report.cost, cost(U::Zero()) * (1 + 1e-12)) << k;
+  }
+  std::printf("n = %d: %d of %d priors are saddles or maxima; %d answered\n", n, planted, runs, usable);
+  EXPECT_GT(planted, runs / 4);
+  EXPECT_GE(usable, runs - runs / 100);
+}
+TEST(Minima, NeverAPlantedSaddle) {
+  expect_minima<2>(5, 600);
+  expect_minima<6>(6, 300);
 }
 
 /// The least J of ½ (x - x̂)²/P + ½ (y - x²)²/R, of all real roots of its derivative by bisection between the turning

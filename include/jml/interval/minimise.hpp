@@ -49,6 +49,32 @@ template <typename D, typename... S>
 inline constexpr bool all_linear<D, Sensors<S...>> =
     DynamicsTraits<D>::linear && (SensorTraits<S>::linear && ...);
 
+/// Where the nominal, stationary, is no minimum of J: to a lower trajectory beside it, on the side on which J
+/// falls more. False where it is one, or J falls by less than it is right to.
+template <typename Sweep, typename Store, typename Scalar>
+[[nodiscard]] JML_NOINLINE bool leave_saddle(Sweep& sweep, Store& store, Scalar& cost) {
+  if (!sweep.way_down()) return false;
+  const Scalar rounding = Scalar(64) * std::numeric_limits<Scalar>::epsilon() * (std::abs(cost) + Scalar(1));
+  for (int halvings = 0; halvings < 20; ++halvings) {
+    Scalar unused, ahead = sweep.template forward<false>(unused);
+    sweep.scale_way(Scalar(-1));
+    const Scalar back = sweep.template forward<false>(unused);
+    if (ahead < back || !std::isfinite(back)) {
+      sweep.scale_way(Scalar(-1));
+      ahead = sweep.template forward<false>(unused);
+    } else {
+      ahead = back;
+    }
+    if (ahead < cost - rounding) {
+      store.flip();
+      cost = ahead;
+      return true;
+    }
+    sweep.scale_way(Scalar(0.5));
+  }
+  return false;
+}
+
 /// From the nominal of `store`; `feasible`: it is a trajectory of the model, else a sequence of states.
 /// `once`: G, Q, R are frozen already and stay so; else they are frozen at the nominal, until they no longer
 /// change with the answer. The nominal ends as the best trajectory found: on any failure it is where it was,
@@ -72,6 +98,7 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
   constexpr Scalar none = std::numeric_limits<Scalar>::infinity();
   Scalar damping = 0, growth = 4, scale = 1, before = none, step = 0;
   bool infeasible = !feasible, known = false;
+  int saddles = 0;
   int accepted = 0;  // trajectories taken in place of the one before
   Scalar cost_before = std::numeric_limits<Scalar>::quiet_NaN();
   bool in_two = false, exact = false;    // the digits of Scalar do not suffice; they do
@@ -127,6 +154,16 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
       const bool met = damping == Scalar(0) && report.step <= tolerance;
       const bool at_rounding = sums.decrease <= floor && sums.decrease > before / Scalar(4);
       if (met || at_rounding) {
+        if constexpr (!all_linear<D, typename Store::List>) {
+          if (!full && leave_saddle(sweep, store, report.cost)) {
+            if (++saddles > 4) return report.status = Status::no_minimum, report;
+            limit = std::max(limit, report.iterations + 20);
+            before = none;
+            damping = 0;
+            newton = false;
+            continue;
+          }
+        }
         report.status = met ? Status::ok : Status::accepted_at_rounding;
         if (once) return report;
         if (const Status status = sweep.freeze(change); status != Status::ok)

@@ -182,6 +182,7 @@ JML_NOINLINE Root<Step> leave_saddle(const Rule& rule, const Step& step, Scalar 
     Root<Step> best = root;
     best.status = Status::no_minimum;
     best.cost = std::numeric_limits<Scalar>::infinity();
+    bool any = false;
     for (const Scalar side : {Scalar(1), Scalar(-1)}) {
       U u;
       bool falls = false;
@@ -189,6 +190,7 @@ JML_NOINLINE Root<Step> leave_saddle(const Rule& rule, const Step& step, Scalar 
         for (int i = 0; i < 2 * n; ++i) u(i) = from(i) + length * down(i);
         falls = cost_at(u) < cost;
       }
+      any = any || falls;
       if (!falls) continue;
       Root<Step> there = root;
       there.iterations += rule.fallback.minimize(whitened, u).iterations;
@@ -201,6 +203,7 @@ JML_NOINLINE Root<Step> leave_saddle(const Rule& rule, const Step& step, Scalar 
       if (there.cost < best.cost && there.cost < cost) best = there;
       root.iterations = best.iterations = there.iterations;
     }
+    if (!any) return root;  // by less than (11) is right to
     if (!usable(best.status)) return best;
     root = best;
   }
