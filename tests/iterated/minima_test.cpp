@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A usable status of an exact step stands over a minimum of the criterion (11): of a root that is a saddle or a maximum
-// the step goes on downhill, on both sides, to the lower minimum.
+// A usable status of an exact step stands over a minimum of the criterion (11): of a root that is a saddle or
+// a maximum the step goes on downhill, on both sides, to the lower minimum.
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -8,6 +8,7 @@
 #include <jml/campaign/noise.hpp>
 #include <jml/interval/batch.hpp>
 #include <jml/interval/fixed_lag.hpp>
+#include <jml/iterated/factored_iterated.hpp>
 #include <jml/iterated/iterated.hpp>
 
 namespace {
@@ -64,7 +65,8 @@ void expect_square_root(const Rule& rule, double P) {
   EXPECT_NEAR(filter.P()(0, 0), P, 0.01 * P);
 }
 TEST(Minima, S6StationaryPrior) {
-  expect_square_root(jml::IteratedJml{}, 0.005);  // R over M m_x = x · 2 x, the SDC matrix beside the Jacobian
+  expect_square_root(jml::IteratedJml{},
+                     0.005);  // R over M m_x = x · 2 x, the SDC matrix beside the Jacobian
   expect_square_root(jml::Iekf{}, 0.0025);
 }
 
@@ -110,6 +112,22 @@ TEST(Minima, S6AndS7OfAnInterval) {
   EXPECT_NEAR(found.cost, 0.50, 5e-3);
 }
 
+// And where only twice the digits hold P.
+TEST(Minima, StationaryPriorFarAboveTheNoise) {
+  for (const double r : {1e-14, 1e-18, 1e-24}) {
+    const auto expect_one = [r](const auto& filter, const auto& report) {
+      EXPECT_EQ(filter.status(), Status::ok);
+      ASSERT_TRUE(jml::usable(report.status)) << r << jml::describe(report.status);
+      EXPECT_NEAR(std::abs(filter.x()(0)), 1, 1e-6) << r;
+    };
+    const jml::Estimate<double, 1> origin{0.0, 4.0};
+    jml::Filter plain{jml::Iekf{}, Rest<1>{1e-6}, origin};
+    expect_one(plain, plain.step(Square{r}, 1.0));
+    jml::Filter factored{jml::Factored{jml::Iekf{}}, Rest<1>{1e-6}, origin};
+    expect_one(factored, factored.step(Square{r}, 1.0));
+  }
+}
+
 // Without a solver to go down by, the root is named for what it is.
 TEST(Minima, NamedWithoutFallback) {
   jml::Filter filter{jml::IteratedJml{jml::IterationOptions{.use_fallback = false}}, Rest<1>{1e-6},
@@ -119,7 +137,8 @@ TEST(Minima, NamedWithoutFallback) {
   EXPECT_EQ(filter.P()(0, 0), 4);
 }
 
-/// f and m with vanishing second-order terms alone beside x, and a stationary point of J at x = 0 that is of any kind.
+/// f and m with vanishing second-order terms alone beside x, and a stationary point of J at x = 0 that is of
+/// any kind.
 template <int n>
 struct Bent {
   static constexpr int states = n, disturbances = n;
@@ -160,7 +179,8 @@ Mat<n, n> symmetric(jml::Noise& noise, double size) {
   }
   return out;
 }
-/// Least eigenvalue of the Hessian of J over (x_0 in deviations, w in deviations), by differences of J itself.
+/// Least eigenvalue of the Hessian of J over (x_0 in deviations, w in deviations), by differences of J
+/// itself.
 template <int n, typename J>
 double least_curvature(const J& cost, const Eigen::Matrix<double, 2 * n, 1>& u) {
   Eigen::Matrix<double, 2 * n, 2 * n> H;
@@ -173,7 +193,8 @@ double least_curvature(const J& cost, const Eigen::Matrix<double, 2 * n, 1>& u) 
   };
   for (int i = 0; i < 2 * n; ++i) {
     for (int j = 0; j <= i; ++j)
-      H(i, j) = H(j, i) = (at(i, h, j, h) - at(i, h, j, -h) - at(i, -h, j, h) + at(i, -h, j, -h)) / (4 * h * h);
+      H(i, j) = H(j, i) =
+          (at(i, h, j, h) - at(i, h, j, -h) - at(i, -h, j, h) + at(i, -h, j, -h)) / (4 * h * h);
   }
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 2 * n, 2 * n>>(H).eigenvalues()(0);
 }
@@ -224,10 +245,12 @@ TEST(Minima, NeverAPlantedSaddle) {
   expect_minima<6>(6, 300);
 }
 
-/// The least J of ½ (x - x̂)²/P + ½ (y - x²)²/R, of all real roots of its derivative by bisection between the turning
-/// points of that cubic.
+/// The least J of ½ (x - x̂)²/P + ½ (y - x²)²/R, of all real roots of its derivative by bisection between the
+/// turning points of that cubic.
 double least_cost(double prior, double P, double R, double y) {
-  const auto J = [&](double x) { return ((x - prior) * (x - prior) / P + (y - x * x) * (y - x * x) / R) / 2; };
+  const auto J = [&](double x) {
+    return ((x - prior) * (x - prior) / P + (y - x * x) * (y - x * x) / R) / 2;
+  };
   const auto slope = [&](double x) { return (x - prior) / P - 2 * x * (y - x * x) / R; };
   const double bend = (2 * y / R - 1 / P) * R / 6, turn = bend > 0 ? std::sqrt(bend) : 0;
   const double far = 10 + std::abs(prior) + std::abs(y) + turn;
@@ -246,8 +269,10 @@ TEST(Minima, LeastCostOfASquare) {
   int best = 0, usable = 0;
   constexpr int runs = 20'000;
   for (int k = 0; k < runs; ++k) {
-    const double prior = 1.5 * noise.normal(), P = std::exp(1.5 * noise.normal()), R = std::exp(2 * noise.normal() - 3);
-    const double truth = prior + std::sqrt(P) * noise.normal(), y = truth * truth + std::sqrt(R) * noise.normal();
+    const double prior = 1.5 * noise.normal(), P = std::exp(1.5 * noise.normal()),
+                 R = std::exp(2 * noise.normal() - 3);
+    const double truth = prior + std::sqrt(P) * noise.normal(),
+                 y = truth * truth + std::sqrt(R) * noise.normal();
     jml::Filter filter{jml::IteratedJml{}, Rest<1>{}, jml::Estimate<double, 1>{prior, P}};
     const auto report = filter.update(Square{R}, y);
     usable += jml::usable(report.status);
@@ -256,7 +281,8 @@ TEST(Minima, LeastCostOfASquare) {
     best += is_best;
     if (!is_best && k - best < 12)
       std::printf("x %g P %g R %g y %g: %s, x %g J %g, least %g, %d iterations by %d\n", prior, P, R, y,
-                  jml::describe(report.status), filter.x()(0), report.cost, least, report.iterations, int(report.solver));
+                  jml::describe(report.status), filter.x()(0), report.cost, least, report.iterations,
+                  int(report.solver));
   }
   std::printf("%d of %d usable, %d at the least cost\n", usable, runs, best);
   EXPECT_EQ(best, runs);

@@ -46,14 +46,15 @@ struct Recorder {
   template <typename Belief, typename Sample, typename Report>
   void correct(Belief& recording, const Sample& sample, Report& report) const {
     with_listed(sample.sensor,
-                [&](const auto& sensor) { report.status = recording.append(sensor, sample.y); });
+                [&](const auto& sensor) { report.status = recording.append(sensor, sample.y, sample.at); });
   }
   template <typename Belief, typename Sample, typename Report>
   void step(Belief& recording, const Sample& sample, Report& report) const {
     with_listed(sample.sensor, [&](const auto& sensor) {
-      report.status = recording.check(sensor, sample.y);
+      const auto end = end_of(sample.at);
+      report.status = recording.check(sensor, sample.y, end);
       if (report.status == Status::ok) report.status = recording.append(sample.at);
-      if (report.status == Status::ok) report.status = recording.append(sensor, sample.y);
+      if (report.status == Status::ok) report.status = recording.append(sensor, sample.y, end);
     });
   }
 
@@ -113,6 +114,9 @@ class Batch : public Filter<Recorder<List>, D, Scalar_> {
     for (int j = 0; j <= steps(); ++j) {
       const auto at = end_of(store().node(j).at());
       store().visit(j, [&](const auto& record) {
+        if (report.status == Status::sensor_not_finite && report.node < 0 &&
+            !all_finite(measurement(record.sensor, x(j), at)))
+          report.node = j;
         if (usable(report.status) && detail::too_fine(record.sensor, x(j), record.y, at))
           report.status = Status::accuracy_not_met;
       });

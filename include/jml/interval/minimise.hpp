@@ -4,7 +4,7 @@
 #pragma once
 
 #include <algorithm>
-#include <jml/interval/sweep.hpp>
+#include <jml/interval/way_down.hpp>
 
 namespace jml {
 
@@ -29,9 +29,10 @@ struct BatchOptions {
 template <typename Scalar>
 struct BatchReport {
   /// ok: the tolerance is met. accepted_at_rounding: J and its gradient are at the rounding of the states,
-  /// above the tolerance. not_converged: out of iterations, or no step lowers J.
+  /// above the tolerance. not_converged: out of iterations, or no step lowers J. no_minimum: saddles alone.
   Status status = Status::ok;
   int iterations = 0;  ///< backward passes
+  int node = -1;       ///< sensor_not_finite: the first node of which a measurement is no number
   Scalar cost = std::numeric_limits<Scalar>::quiet_NaN();
   /// |∇J| over the whitened unknowns (x_0 in units of P_0^½, w in units of Q^½), 2-norm, at the answer.
   /// Infinite where the model is so unstable over the interval that rounding alone makes it so.
@@ -48,32 +49,6 @@ inline constexpr bool all_linear = false;
 template <typename D, typename... S>
 inline constexpr bool all_linear<D, Sensors<S...>> =
     DynamicsTraits<D>::linear && (SensorTraits<S>::linear && ...);
-
-/// Where the nominal, stationary, is no minimum of J: to a lower trajectory beside it, on the side on which J
-/// falls more. False where it is one, or J falls by less than it is right to.
-template <typename Sweep, typename Store, typename Scalar>
-[[nodiscard]] JML_NOINLINE bool leave_saddle(Sweep& sweep, Store& store, Scalar& cost) {
-  if (!sweep.way_down()) return false;
-  const Scalar rounding = Scalar(64) * std::numeric_limits<Scalar>::epsilon() * (std::abs(cost) + Scalar(1));
-  for (int halvings = 0; halvings < 20; ++halvings) {
-    Scalar unused, ahead = sweep.template forward<false>(unused);
-    sweep.scale_way(Scalar(-1));
-    const Scalar back = sweep.template forward<false>(unused);
-    if (ahead < back || !std::isfinite(back)) {
-      sweep.scale_way(Scalar(-1));
-      ahead = sweep.template forward<false>(unused);
-    } else {
-      ahead = back;
-    }
-    if (ahead < cost - rounding) {
-      store.flip();
-      cost = ahead;
-      return true;
-    }
-    sweep.scale_way(Scalar(0.5));
-  }
-  return false;
-}
 
 /// From the nominal of `store`; `feasible`: it is a trajectory of the model, else a sequence of states.
 /// `once`: G, Q, R are frozen already and stay so; else they are frozen at the nominal, until they no longer
@@ -155,7 +130,7 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
       const bool at_rounding = sums.decrease <= floor && sums.decrease > before / Scalar(4);
       if (met || at_rounding) {
         if constexpr (!all_linear<D, typename Store::List>) {
-          if (!full && leave_saddle(sweep, store, report.cost)) {
+          if (!full && leave_saddle(sweep, store, options.loss, report.cost)) {
             if (++saddles > 4) return report.status = Status::no_minimum, report;
             limit = std::max(limit, report.iterations + 20);
             before = none;

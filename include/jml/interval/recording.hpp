@@ -88,9 +88,12 @@ class Recording<D, Sensors<S...>, Scalar> {
   }
   /// What append() of this measurement would answer.
   template <typename Sensor>
-  Status check(const Sensor& sensor, const Vector<Scalar, measurements_of<Sensor>>& y) const {
+  Status check(const Sensor& sensor, const Vector<Scalar, measurements_of<Sensor>>& y, const At& at) const {
     if (status_ != Status::ok) return status_;
     if (!all_finite(y)) return Status::invalid_measurement;
+    // A sensor that is no number at some states is not to be refused for one of them.
+    if (!all_finite(measurement(sensor, x(), at)) && !all_finite(measurement(sensor, start_.x, at)))
+      return Status::sensor_not_finite;
     if (std::get<vector_of<Sensor>>(records_).size() >= measurements_) return Status::memory_full;
     Record<Scalar, n, Sensor, At> record{sensor, y};
     if constexpr (!Record<Scalar, n, Sensor, At>::varies) {
@@ -100,8 +103,8 @@ class Recording<D, Sensors<S...>, Scalar> {
   }
   /// A measurement of the last node.
   template <typename Sensor>
-  Status append(const Sensor& sensor, const Vector<Scalar, measurements_of<Sensor>>& y) {
-    if (const Status status = check(sensor, y); status != Status::ok) return status;
+  Status append(const Sensor& sensor, const Vector<Scalar, measurements_of<Sensor>>& y, const At& at) {
+    if (const Status status = check(sensor, y, at); status != Status::ok) return status;
     auto& records = std::get<vector_of<Sensor>>(records_);
     records.push_back(Record<Scalar, n, Sensor, At>{sensor, y});
     if constexpr (!Record<Scalar, n, Sensor, At>::varies)

@@ -10,7 +10,6 @@
 
 #include <jml/interval/curvature_noise.hpp>
 #include <jml/model/hessian.hpp>
-#include <jml/solve/negative_direction.hpp>
 
 namespace jml::detail {
 
@@ -130,53 +129,6 @@ class Sweep {
     return valid && std::isfinite(sums.decrease);
   }
 
-  /// Where the Hessian of J at the nominal is not positive definite: true, and the laws are those of a direction
-  /// along which J falls, of unit length where it begins. Second derivatives of f and m included.
-  [[nodiscard]] JML_NOINLINE bool way_down() {
-    const int now = store_.now();
-    PassSums<Scalar> unused;
-    CostToGo<Scalar, n> v;
-    if (const Terminal<Scalar, n>* end = store_.terminal()) {
-      v.information = end->weight;
-      v.slope = end->weight * (store_.node(store_.last()).x[now] - end->target);
-    }
-    int j = store_.last();
-    bool found = false;
-    for (;; --j) {
-      auto& node = store_.node(j);
-      const X x = node.x[now];
-      store_.visit(j, [&](const auto& record) {
-        add_record<Curvature::full, true>(record, loss_, x, end_of(node.at()), unused, v);
-      });
-      if (j == 0) break;
-      if constexpr (q > 0) {
-        Vector<Scalar, q> d;
-        found = is_negative(store_.root(j).B, v.information, kernel::filled<Vector<Scalar, q>>(Scalar(1)), d);
-        node.law = {};
-        kernel::assign(node.law.offset, d);
-      }
-      if (found) break;
-      Matrix<Scalar, n, n> A, bend;
-      dynamics_jacobian_and_hessian(store_.dynamics(), X(store_.node(j - 1).x[now]), v.slope, node.at(), A, bend);
-      if (!pass_dynamics(A, store_.root(j).B, node.b[now], Scalar(0), v, node.law, unused)) return false;
-      kernel::set_zero(node.law.offset);
-      add_symmetric(v.information, bend);
-    }
-    auto& prior = store_.prior();
-    kernel::set_zero(prior.law);
-    if (!found) return is_negative(prior.L, v.information, prior.weight, prior.law);
-    for (--j; j > 0; --j) store_.node(j).law = {};
-    return true;
-  }
-  /// The step of way_down() times `factor`.
-  void scale_way(Scalar factor) {
-    kernel::scale(store_.prior().law, factor, store_.prior().law);
-    for (int j = 1; j <= store_.last(); ++j) {
-      auto& offset = store_.node(j).law.offset;
-      for (int i = 0; i < q; ++i) offset(i) *= factor;
-    }
-  }
-
   /// Forward along the law into the other trajectory. Returns its J, and |δ|² of the whitened step; NaN where
   /// a number is not finite.
   template <bool infeasible>
@@ -288,27 +240,6 @@ class Sweep {
   }
 
  private:
-  /// A unit d with dᵀ (diag(weight) + Fᵀ Λ F) d < 0, beyond rounding.
-  template <int m>
-  [[nodiscard]] static bool is_negative(const Matrix<Scalar, n, m>& F, const Matrix<Scalar, n, n>& information,
-                                        const Vector<Scalar, m>& weight, Vector<Scalar, m>& d) {
-    Matrix<Scalar, m, m> C = kernel::zeros<Matrix<Scalar, m, m>>();
-    Vector<Scalar, m> rounding;
-    for (int i = 0; i < m; ++i) {
-      C(i, i) = rounding(i) = weight(i);
-      for (int k = 0; k < n; ++k) {
-        for (int l = 0; l < n; ++l) {
-          const Scalar part = F(k, i) * information(k, l);
-          for (int c = 0; c < m; ++c) C(i, c) += part * F(l, c);
-          rounding(i) += std::abs(part * F(l, i));
-        }
-      }
-      rounding(i) *= Scalar(64 * n) * std::numeric_limits<Scalar>::epsilon();
-    }
-    C = kernel::symmetric_part(C);
-    return all_finite(C) && negative_direction(C, rounding, d);
-  }
-
   JML_NOINLINE bool at_prior(bool infeasible, Scalar damping, const CostToGo<Scalar, n>& v,
                              PassSums<Scalar>& sums) {
     auto& prior = store_.prior();

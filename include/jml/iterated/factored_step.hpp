@@ -85,7 +85,8 @@ struct FactoredExactStep {
     // The root, with P as a dense matrix.
     IteratedReport<Scalar, n, p> root;
     X x_1;
-    if (!solve(predicted, root, x_1)) return no_root();
+    if (!solve(predicted, root, x_1))
+      return root.status == Status::no_minimum ? refuse(root.status) : no_root();
     static_cast<RootReport<Scalar, n>&>(report) = root;
     if constexpr (linear && by_jacobians) return finish(sizes, root.smoothed);
 

@@ -219,8 +219,7 @@ template <Extent extent = Extent::all, typename Rule, typename D, typename S, ty
     report.status = root.status;
     if (!usable(root.status)) {
       if constexpr (Inner::symmetric && extent == Extent::all) {
-        if (root.status != Status::no_minimum &&
-            short_of_digits(step, start.visit, growth_before<D>(prior)))
+        if (root.status != Status::no_minimum && short_of_digits(step, start.visit, growth_before<D>(prior)))
           too_few(root.status);
       }
       return;

@@ -223,7 +223,8 @@ JML_NOINLINE Root<Step> seek_minimum(const Rule& rule, const Step& step, const t
   };
   root = make_sure(root);
   const bool wandered = root.iterations > 7 && root.solver != Rule::Fallback::solver;
-  if (!may_descend || !wandered || Bend<Step>(step, start.z, start.visit).is_slight(step, start.visit)) return root;
+  if (!may_descend || !wandered || Bend<Step>(step, start.z, start.visit).is_slight(step, start.visit))
+    return root;
   Root<Step> other = use_fallback_solver(rule, step, prediction, tolerance, root);
   if (usable(other.status)) {
     other.cost = step.cost_at_root(other.visit);

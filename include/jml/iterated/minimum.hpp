@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Whether a root of an exact step is a minimum of its criterion (11), and which way leads down from one that is
-/// a saddle or a maximum.
+/// Whether a root of an exact step is a minimum of its criterion (11), and which way leads down from one that
+/// is a saddle or a maximum.
 ///
 /// With x_s = x̂ + L a and G w = B b (iterated/whitened_step.hpp), ν = R⁻¹ (y - m), e = m_xᵀ ν,
 ///   W = m_xᵀ R⁻¹ m_x - Σ ν_k ∇²m_k at x_1,  Λ = Σ e_j ∇²f_j at x_s,
@@ -40,7 +40,8 @@ struct Bend {
     finite = all_finite(m) && all_finite(f);
   }
 
-  /// They are too small for anything but a minimum: |Bᵀ m B| + … ≤ Σ |m_ij| √(N_ii N_jj) + Σ |Λ_ij| √(P_ii P_jj).
+  /// They are too small for anything but a minimum: |Bᵀ m B| + … ≤ Σ |m_ij| √(N_ii N_jj) + Σ |Λ_ij| √(P_ii
+  /// P_jj).
   [[nodiscard]] bool is_slight(const Step& step, const typename Step::Visit& at) const {
     Square fP, N;
     kernel::product(at.f_x, step.prior.P, fP);
@@ -49,7 +50,8 @@ struct Bend {
     for (int i = 0; i < n; ++i) {
       for (int j = 0; j < n; ++j) {
         sum += std::abs(m(i, j)) * std::sqrt(std::abs(N(i, i) * N(j, j)));
-        if constexpr (of_f) sum += std::abs(f(i, j)) * std::sqrt(std::abs(step.prior.P(i, i) * step.prior.P(j, j)));
+        if constexpr (of_f)
+          sum += std::abs(f(i, j)) * std::sqrt(std::abs(step.prior.P(i, i) * step.prior.P(j, j)));
       }
     }
     return sum < Scalar(1);
@@ -69,7 +71,8 @@ template <typename Step, typename Whitened, typename Scalar, int n>
     return out;
   };
   // I + Fᵀ M F, and what rounding may have made of its diagonal if M is right to that of `terms`.
-  const auto curvature = [&](const Square& F, const Square& M, const Square& terms, Vector<Scalar, n>& rounding) {
+  const auto curvature = [&](const Square& F, const Square& M, const Square& terms,
+                             Vector<Scalar, n>& rounding) {
     Square MF, out = kernel::identity<Square>();
     kernel::product(M, F, MF);
     kernel::add_symmetric_transposed_product<1>(out, F, MF, out);

@@ -178,7 +178,23 @@ JML_NOINLINE Status step_in_two(const Rule& rule, const Model& model, const Prio
       if (root == Status::ok && !(last.cost <= start_cost + slack)) root = Status::not_converged;
       return root;
     };
-    const auto from_prediction = [&] { std::copy(start, start + size, z); };
+    // A prediction that is stationary need be no minimum: begin beside it, where a sweep leads away from
+    // another.
+    const bool stationary = last.moved <= Scalar(1e-3);
+    const auto beside = [&](T* x) {
+      Vector<Scalar, n> variances;
+      two.variances(variances.data());
+      for (int i = 0; i < n; ++i) {
+        const Scalar step = Scalar(0.1) * std::sqrt(variances(i)) / Scalar(i % 2 == 0 ? 1 + i : -1 - i);
+        if (std::isfinite(step)) x[i] = x[i] + T(step);
+      }
+    };
+    const auto from_prediction = [&] {
+      std::copy(start, start + size, z);
+      if (!stationary || predict(linearised) != Status::ok) return;
+      beside(z + first);
+      if (joint && load_prior(two, prior)) beside(z);
+    };
     if (has_root && !rule.options.accept_at_limit) {
       for (int i = 0; i < n; ++i) {
         if constexpr (joint) z[i] = T(report.smoothed(i));

@@ -59,6 +59,8 @@ Matrix<T, n, n> dynamics_sdc(const D& d, const Vector<T, n>& x, const Vector<T, 
     return Traits::sdc_about(d, x, reference, at);
   } else if constexpr (requires { Traits::sdc_about(d, x, reference); }) {
     return Traits::sdc_about(d, x, reference);
+  } else if constexpr (Traits::linear) {
+    return dynamics_jacobian(d, x, at);
   } else {
     const Vector<T, n> here = dynamics(d, x, at), there = dynamics(d, reference, at);
     return derive_sdc<n>([&](const Vector<T, n>& z) { return dynamics_jacobian(d, z, at); },
@@ -197,11 +199,17 @@ Matrix<T, measurements_of<S>, n> measurement_sdc(const S& s, const Vector<T, n>&
     return Traits::sdc_about(s, x, reference, at);
   } else if constexpr (requires { Traits::sdc_about(s, x, reference); }) {
     return Traits::sdc_about(s, x, reference);
+  } else if constexpr (Traits::linear) {
+    return measurement_jacobian(s, x, at);
   } else {
     constexpr int p = measurements_of<S>;
     const Vector<T, p> here = measurement(s, x, at), there = measurement(s, reference, at);
-    return derive_sdc<p>([&](const Vector<T, n>& z) { return measurement_jacobian(s, z, at); },
-                         measurement_residual(s, here, there), detail::sizes(here, there), x, reference);
+    // A residual of angles is one of neighbours: M d says how many turns lie between the two.
+    const auto left = [&](const Vector<T, p>& along) {
+      return measurement_residual(s, here, Vector<T, p>(there + along));
+    };
+    return derive_sdc<p>([&](const Vector<T, n>& z) { return measurement_jacobian(s, z, at); }, left,
+                         detail::sizes(here, there), x, reference);
   }
 }
 

@@ -44,11 +44,13 @@ inline constexpr std::array<Node, 8> gauss_legendre{{{0.01985507175123188, 0.050
                                                      {0.9801449282487682, 0.05061426814518813}}};
 }  // namespace detail
 
-/// F(x; reference), rows×n. `jacobian(x)` gives rows×n; `change` is f(x) - f(reference), rows, and `size` the
-/// size of the two numbers it is the difference of. Scalar may be a dual number: then the result carries the
-/// derivative of F, and that at x = reference too.
-template <int rows, typename Scalar, typename Plain, int n, typename Jacobian>
-Matrix<Scalar, rows, n> derive_sdc(const Jacobian& jacobian, const Vector<Scalar, rows>& change,
+/// F(x; reference), rows×n. `jacobian(x)` gives rows×n; `left(along)` is f(x) - f(reference) - along, of an
+/// `along` next to it (an angle's difference is known to whole turns alone), and `size` the size of the two
+/// numbers it is the difference of. Scalar may be a dual number: then the result carries the derivative of F,
+/// and that at x = reference too.
+template <int rows, typename Scalar, typename Plain, int n, typename Jacobian, typename Left>
+  requires std::is_invocable_v<Left, Vector<Scalar, rows>>
+Matrix<Scalar, rows, n> derive_sdc(const Jacobian& jacobian, const Left& left,
                                    const Vector<Plain, rows>& size, const Vector<Scalar, n>& x,
                                    const Vector<Scalar, n>& reference) {
   constexpr bool plain = std::is_same_v<Scalar, Plain>;
@@ -69,11 +71,16 @@ Matrix<Scalar, rows, n> derive_sdc(const Jacobian& jacobian, const Vector<Scalar
     for (int j = 0; j < rows * n; ++j) out.data()[j] += Plain(node.weight) * slope.data()[j];
   }
   if (!apart) return out;
+  Vector<Scalar, rows> along;
   for (int i = 0; i < rows; ++i) {
-    Scalar remainder = change(i);
+    along(i) = Scalar(0);
+    for (int j = 0; j < n; ++j) along(i) += out(i, j) * d(j);
+  }
+  const Vector<Scalar, rows> rest = left(along);
+  for (int i = 0; i < rows; ++i) {
+    const Scalar remainder = rest(i);
     Plain terms = size(i);
     for (int j = 0; j < n; ++j) {
-      remainder -= out(i, j) * d(j);
       terms += std::abs(plain_value(out(i, j))) * std::abs(plain_value(d(j)));
     }
     // Below the rounding of its terms it would only carry noise, amplified by 1/|d|.
@@ -83,6 +90,16 @@ Matrix<Scalar, rows, n> derive_sdc(const Jacobian& jacobian, const Vector<Scalar
     for (int j = 0; j < n; ++j) out(i, j) += factor * d(j);
   }
   return out;
+}
+/// The same of a known difference f(x) - f(reference).
+template <int rows, typename Scalar, typename Plain, int n, typename Jacobian>
+Matrix<Scalar, rows, n> derive_sdc(const Jacobian& jacobian, const Vector<Scalar, rows>& change,
+                                   const Vector<Plain, rows>& size, const Vector<Scalar, n>& x,
+                                   const Vector<Scalar, n>& reference) {
+  const auto left = [&change](const Vector<Scalar, rows>& along) {
+    return Vector<Scalar, rows>(change - along);
+  };
+  return derive_sdc<rows>(jacobian, left, size, x, reference);
 }
 
 namespace detail {
