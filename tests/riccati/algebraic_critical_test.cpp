@@ -219,6 +219,69 @@ TEST(Claims, AreOfUseInUnitsFarApart) {
   expect_useful_claims<4>(60);
 }
 
+// Without Q, X = 0 is a solution, and it is the one wanted where nothing is unstable.
+TEST(Critical, ZeroIsAnAnswer) {
+  const auto expect_zero = [](const auto& e, jml::Status status) {
+    const auto got = jml::solve_algebraic_riccati(e);
+    EXPECT_EQ(got.status, status) << describe(got.status);
+    EXPECT_EQ(got.X.norm(), 0);
+    EXPECT_EQ(got.residual, 0);
+    EXPECT_LE(got.error, 1e-13);
+  };
+  const auto none = matrix<2, 2>(0, 0, 0, 0);
+  const auto critical = jml::Status::accepted_critical;
+  using Equation = jml::AlgebraicRiccati<double, 2>;
+  expect_zero(Equation{matrix<2, 2>(0, -1, 1, 0), matrix<2, 2>(0, 1, -1, 0), none, matrix<2, 2>(0, 0, 0, 1)},
+              critical);
+  expect_zero(Equation{matrix<2, 2>(0, 1, -1, 0), matrix<2, 2>(0, -1, 1, 0), none, matrix<2, 2>(0, 0, 0, 1)},
+              critical);
+  expect_zero(Equation{matrix<2, 2>(0, 0, 1, 0), matrix<2, 2>(0, 1, 0, 0), none, matrix<2, 2>(1, 0, 0, 1)},
+              critical);
+  expect_zero(Equation{matrix<2, 2>(0, 1, 0, 0), matrix<2, 2>(0, 0, 1, 0), none, matrix<2, 2>(1, 0, 0, 1)},
+              critical);
+
+  jml::Noise noise(19);
+  for (int i = 0; i < 200; ++i) {
+    const auto T = models::random_matrix<4, 4>(noise), G = models::random_matrix<4, 4>(noise);
+    jml::Matrix<double, 4, 4> D = jml::Matrix<double, 4, 4>::Zero();
+    const double size = std::pow(10.0, 6 * std::erf(noise.normal()));
+    D(0, 1) = 1 + std::abs(noise.normal());
+    D(1, 0) = -D(0, 1);
+    D(2, 2) = D(3, 3) = -0.5;
+    D(2, 3) = noise.normal();
+    if (i % 2 == 0) D(0, 0) = D(1, 1) = -0.3;
+    const Eigen::HouseholderQR<jml::Matrix<double, 4, 4>> qr(T);
+    const jml::Matrix<double, 4, 4> basis = qr.householderQ(), A = size * (basis * D * basis.transpose());
+    const jml::Matrix<double, 4, 4> S = G * G.transpose();
+    const jml::AlgebraicRiccati<double, 4> e{A, A.transpose(), jml::Matrix<double, 4, 4>::Zero(), S};
+    if (i % 2 == 0) {
+      expect_zero(e, jml::Status::ok);
+      continue;
+    }
+    // Rounding of A has made the pair stable or not, by 1e-16: X is zero, or as large as that.
+    const auto got = jml::solve_algebraic_riccati(e);
+    EXPECT_TRUE(jml::usable(got.status)) << i << " " << describe(got.status);
+    EXPECT_LE(got.X.norm() * S.norm(), 1e-12 * size) << i;
+  }
+}
+
+// x² s = 2 a x: the unstable side of a zero, however near.
+TEST(Critical, NearlyZeroIsNotZero) {
+  using One = jml::Matrix<double, 1, 1>;
+  for (const double a : {1.0, 1e-3, 1e-9, 1e-13}) {
+    const auto e = jml::AlgebraicRiccati<double, 2>{matrix<2, 2>(a, 0, 0, -1), matrix<2, 2>(a, 0, 0, -1),
+                                                    matrix<2, 2>(0, 0, 0, 0), matrix<2, 2>(1, 0, 0, 1)};
+    const auto got = jml::solve_algebraic_riccati(e);
+    EXPECT_EQ(got.status, jml::Status::ok) << a << describe(got.status);
+    EXPECT_NEAR(got.X(0, 0), 2 * a, 2e-3 * a) << a;
+    EXPECT_LE(std::abs(got.X(0, 0) - 2 * a), got.error * 2 * a) << a;
+    const auto stable =
+        jml::solve_algebraic_riccati(jml::AlgebraicRiccati<double, 1>{One(-a), One(-a), One(0), One(1)});
+    EXPECT_EQ(stable.status, jml::Status::ok) << a;
+    EXPECT_EQ(stable.X(0), 0) << a;
+  }
+}
+
 TEST(Critical, WarmStartFallsBack) {
   const auto X = matrix<2, 2>(2, 1, 1, 3), S = matrix<2, 2>(2, 1, 1, 4), K = matrix<2, 2>(-2, -2, 1, 1);
   const auto e = algebraic::with_solution<double, 2, 2>(X, S, K, jml::kernel::transposed(K));

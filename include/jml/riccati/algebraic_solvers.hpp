@@ -231,6 +231,12 @@ JML_NOINLINE void solve_cold(const BalancedRiccati<Scalar, n1, n2>& balanced,
     converged = true;
     out.shifted = false;
   }
+  // Without Q zero is a solution, and a tolerance relative to it is none.
+  if (!(kernel::largest(original.Q) > Scalar(0)) &&
+      kernel::norm(X) <= (out.shifted ? std::sqrt(epsilon) : rounding) * unit) {
+    kernel::set_zero(X);
+    converged = true;
+  }
   R = original.accurate_residual(X);
   out.residual = terms > Scalar(0) ? kernel::norm(R) / terms : Scalar(0);
   const Scalar weight = original.weight(X);
