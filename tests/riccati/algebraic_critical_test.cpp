@@ -219,6 +219,31 @@ TEST(Claims, AreOfUseInUnitsFarApart) {
   expect_useful_claims<4>(60);
 }
 
+// Where seven digits leave one of X or none, the claim says so or the equation is refused.
+TEST(Claims, HoldInSinglePrecision) {
+  using F2 = jml::Matrix<float, 2, 2>;
+  jml::Noise noise(23);
+  int known = 0, refused = 0;
+  for (int i = 0; i < 400; ++i) {
+    const auto X = models::random_matrix<2, 2>(noise), S = models::random_matrix<2, 2>(noise);
+    const double slow = std::pow(10.0, -5.0 * i / 400);
+    const auto left = slow_and_stable<2>(noise, slow), right = slow_and_stable<2>(noise, slow);
+    const auto d = algebraic::with_solution<double, 2, 2>(X, S, left, right);
+    const jml::AlgebraicRiccati<float, 2> e{F2(d.A.cast<float>()), F2(d.B.cast<float>()),
+                                            F2(d.Q.cast<float>()), F2(d.S.cast<float>())};
+    const algebraic::TrueSolution<2, 2> truth(e, F2(X.cast<float>()));
+    if (!truth.stabilizes()) continue;
+    ++known;
+    const auto got = jml::solve_algebraic_riccati(e);
+    refused += !jml::usable(got.status);
+    if (!jml::usable(got.status)) continue;
+    EXPECT_LE(truth.error_of(got.X), static_cast<double>(got.error)) << i << " " << slow;
+    EXPECT_LT(got.error, 1.0F);
+  }
+  EXPECT_GT(known, 300);
+  EXPECT_LE(refused, known / 20);
+}
+
 // Without Q, X = 0 is a solution, and it is the one wanted where nothing is unstable.
 TEST(Critical, ZeroIsAnAnswer) {
   const auto expect_zero = [](const auto& e, jml::Status status) {

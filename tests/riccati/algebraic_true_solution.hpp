@@ -4,6 +4,7 @@
 /// elimination on vec(X), in quadruple precision. Shares nothing with the library.
 #pragma once
 
+#include <cmath>
 #include <jml/riccati/algebraic.hpp>
 #include <vector>
 
