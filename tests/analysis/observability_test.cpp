@@ -82,6 +82,58 @@ TEST(Rank, DependsOnNoUnit) {
   }
 }
 
+/// Six units between 10^-spread and 10^spread.
+jml::Vector<double, 6> random_units(jml::Noise& noise, double spread) {
+  jml::Vector<double, 6> unit;
+  for (int i = 0; i < 6; ++i) unit(i) = std::pow(10.0, spread * std::erf(noise.normal() / std::sqrt(2.0)));
+  return unit;
+}
+
+// A pair in a random basis, where no entry is zero, reaches what it was made to reach in all units.
+TEST(Rank, OfHiddenPairsInUnitsFarApart) {
+  for (const double spread : {3.0, 9.0, 12.0}) {
+    jml::Noise noise(17);
+    int wrong = 0;
+    for (int run = 0; run < 500; ++run) {
+      const int reached = 1 + run % 6;
+      const Pair pair = random_pair(noise, reached);
+      const auto unit = random_units(noise, spread);
+      const M<6, 6> F = unit.asDiagonal() * pair.F * unit.cwiseInverse().asDiagonal();
+      const M<6, 2> L = unit.asDiagonal() * pair.L;
+      wrong += jml::controllability_rank(F, L).rank != reached;
+      wrong += jml::observability_rank(M<6, 6>(F.transpose()), M<2, 6>(L.transpose())).rank != reached;
+    }
+    EXPECT_EQ(wrong, 0) << spread;
+  }
+}
+
+// Blocks in a row, each driven by the one before and by nothing else: the coupling has a size in no units but
+// the states' own. Where a coupling is missing, the row ends.
+TEST(Rank, OfARowOfBlocksInUnitsFarApart) {
+  for (const bool nilpotent : {false, true}) {
+    jml::Noise noise(18);
+    int wrong = 0;
+    for (int run = 0; run < 500; ++run) {
+      M<6, 6> F = models::random_matrix<6, 6>(noise);
+      for (int i = 0; i < 6; ++i) {
+        for (int j = 0; j < 6; ++j) {
+          if (nilpotent ? j >= i : j / 2 > i / 2) F(i, j) = 0;
+        }
+      }
+      const int reached = 2 * (1 + run % 3);
+      for (int i = reached; i < 6; ++i) {
+        for (int j = 0; j < reached; ++j) F(i, j) = 0;
+      }
+      M<6, 1> L = M<6, 1>::Zero();
+      L(0) = 1;
+      const auto unit = random_units(noise, 9);
+      const M<6, 6> scaled = unit.asDiagonal() * F * unit.cwiseInverse().asDiagonal();
+      wrong += jml::controllability_rank(scaled, M<6, 1>(unit.asDiagonal() * L)).rank != reached;
+    }
+    EXPECT_EQ(wrong, 0) << nilpotent;
+  }
+}
+
 // Six integrators at a time unit of a millisecond: observable, with every coupling 1 in its own units. The
 // printed matrix has entries from 1 to 1e-15, and less than full rank by its singular values.
 TEST(Rank, OfAChainOfIntegratorsWhereThePrintedMatrixFails) {
@@ -117,9 +169,12 @@ TEST(Rank, MarginFollowsTheDistanceToAnUncontrollablePair) {
   EXPECT_EQ(jml::controllability_rank(M<2, 2>(M<2, 2>::Identity()), M<2, 1>(1, 1)).rank, 1);
 }
 
+// Rounding is what closes a cycle with nothing in it. A single coupling of 1e-17 is one of 1 in other units.
 TEST(Rank, TakesRoundingForZeroAndNothingForNothing) {
-  const M<2, 2> F{{-1, 0}, {1e-17, -2}};
+  const M<2, 2> F{{-1, 1}, {1e-17, -2}};
   EXPECT_EQ(jml::controllability_rank(F, M<2, 1>(1, 0)).rank, 1);
+  EXPECT_EQ(jml::controllability_rank(M<2, 2>{{-1, 0}, {1e-17, -2}}, M<2, 1>(1, 0)).rank, 2);
+  EXPECT_EQ(jml::controllability_rank(M<2, 2>{{-1, 0}, {1, -2}}, M<2, 1>(1, 0)).rank, 2);
   const auto none = jml::controllability_rank(F, M<2, 1>(0, 0));
   EXPECT_EQ(none.rank, 0);
   EXPECT_EQ(none.margin, 0);

@@ -5,6 +5,7 @@
 #include <jml/analysis/stability_region.hpp>
 
 #include "analysis/scalar_by_hand.hpp"
+#include "models/linear.hpp"
 #include "models/stability.hpp"
 
 namespace {
@@ -53,6 +54,43 @@ TEST(OneState, StableHasNoLimitButTheBox) {  // a < 0: V exists where the sensor
                             {.box = V1(3), .largest_level = 0.5});
   EXPECT_EQ(wanted.limit, StabilityLimit::none);
   EXPECT_EQ(wanted.level, 0.5);
+}
+
+// Near x = 1, Ṡ vanishes and S waits: a point falls short of the level that was asked for, and that level is
+// not certified by it.
+TEST(OneState, SlowAndUnstableIsNotCertifiedBeyondTheBlindPoint) {
+  const auto region = jml::stability_region(models::Copies<1>{V1(0.01), V1(0.7)},
+                                            models::TurningSignals<1>{V1(0.3)}, {.box = V1(2)});
+  EXPECT_EQ(region.limit, StabilityLimit::covariance);
+  const double truth = Scalar{0.01, 0.7, 0.3}.level(1);
+  EXPECT_NEAR(truth, 0.5385473412, 1e-10);
+  EXPECT_LE(region.level, truth);
+  EXPECT_GE(region.level, (1 - 1e-6) * truth);
+  EXPECT_LE(region.level, region.limiting_point.level);
+}
+
+// The truth is the level at the box or, for a > 0, at the blind point if that comes first. It is never
+// exceeded, whatever the pace, the noises, the units and the start, and nearly reached.
+TEST(OneState, TheCertifiedLevelIsNeverAboveTheTruth) {
+  jml::Noise noise(5);
+  for (int run = 0; run < 60; ++run) {
+    const auto power = [&noise](double decades) {
+      return std::pow(10.0, decades * std::erf(noise.normal()));
+    };
+    const double a = power(2.5) * (run % 4 == 0 ? -0.3 : 0.1), q = power(1), r = power(1), s = power(3);
+    const double half_width = 2 * power(0.6), start = run % 3 == 0 ? 0.1 * power(1) : 1e-3;
+    const Scalar hand{a, q, r};
+    const bool blind = a > 0 && half_width > 1;
+    const double truth = hand.level(blind ? 1 : half_width);
+    const auto region = jml::stability_region(models::Copies<1>{V1(a), V1(q * s * s)},
+                                              models::TurningSignals<1>{V1(r * s * s), V1(s)},
+                                              {.box = V1(half_width * s), .start = start / 2});
+    ASSERT_EQ(region.status, jml::Status::ok) << run;
+    EXPECT_LE(region.level, truth * (1 + 1e-13)) << run << " " << a << " " << region.level / truth - 1;
+    // a < 0 has no limit of its own at x = 1, but that of V where a is slow.
+    EXPECT_TRUE(region.level >= (1 - 1e-5) * truth || (a < 0 && region.limit == StabilityLimit::covariance))
+        << run << " " << a << " " << start << " " << region.level / truth - 1;
+  }
 }
 
 TEST(OneState, UnitsDoNotMatter) {  // x in thousandths, time in milliseconds, y in another unit

@@ -6,6 +6,7 @@
 #include <jml/model/discretize.hpp>
 #include <string>
 
+#include "models/linear.hpp"
 #include "models/radar.hpp"
 #include "models/van_der_pol.hpp"
 
@@ -116,6 +117,107 @@ TEST(CheckModel, NamesTwelveMistakes) {
   expect_only(jml::check_model(WrongSensor<1>{}, x), Function::jacobian, Fault::disagrees_with_duals, 0, 0);
   expect_only(jml::check_model(WrongSensor<2>{}, x), Function::sdc, Fault::breaks_definition, 0, 0);
   expect_only(jml::check_model(WrongSensor<3>{}, x), Function::covariance, Fault::not_a_covariance, 0, 0);
+}
+
+/// y_i = sin(w_i x_i) + x_0 x_i w_0 w_i, with a Jacobian that is `wrong` in entry (i, i) by that factor. Not
+/// a template: nothing but differences can check it.
+struct Waves {
+  static constexpr int measurements = 2;
+  jml::Vector<double, 2> w;
+  double wrong = 1;
+  int entry = 0;
+  jml::Vector<double, 2> measurement(const jml::Vector<double, 2>& z) const {
+    return {std::sin(w(0) * z(0)), std::sin(w(1) * z(1)) + w(0) * z(0) * w(1) * z(1)};
+  }
+  jml::Matrix<double, 2, 2> measurement_jacobian(const jml::Vector<double, 2>& z) const {
+    const double a = w(0) * z(0), b = w(1) * z(1);
+    jml::Matrix<double, 2, 2> J{{w(0) * std::cos(a), 0}, {w(0) * b, w(1) * (std::cos(b) + a)}};
+    J(entry, entry) *= wrong;
+    return J;
+  }
+  jml::Matrix<double, 2, 2> measurement_sdc(const jml::Vector<double, 2>& z) const {
+    const double a = w(0) * z(0), b = w(1) * z(1);
+    return jml::Matrix<double, 2, 2>{{std::sin(a) / z(0), 0}, {0, std::sin(b) / z(1) + a * w(1)}};
+  }
+  jml::Matrix<double, 2, 2> noise_covariance() const { return jml::Matrix<double, 2, 2>::Identity(); }
+};
+
+/// m = sin(1e9 x), as it is given or with a wrong Jacobian.
+struct FineWave {
+  static constexpr int measurements = 1;
+  double slope = 1e9;
+  template <typename T>
+  jml::Vector<T, 1> measurement(const jml::Vector<T, 1>& z) const {
+    using std::sin;
+    return jml::Vector<T, 1>(sin(1e9 * z(0)));
+  }
+  jml::Matrix<double, 1, 1> measurement_jacobian(const jml::Vector<double, 1>& z) const {
+    return jml::Matrix<double, 1, 1>(slope * std::cos(1e9 * z(0)));
+  }
+  jml::Matrix<double, 1, 1> noise_covariance() const { return jml::Matrix<double, 1, 1>(1.0); }
+};
+
+TEST(CheckModel, HasNoUnitOfItsOwn) {
+  for (const double at : {5e-10, -3e-9, 0.0, 1e-12, 0.7}) {
+    const jml::Vector<double, 1> z(at);
+    jml::check_model(FineWave{}, z).print([&](const char* line) { ADD_FAILURE() << at << ": " << line; });
+    for (const double slope :
+         {0.0, 1.0, -1e9, 1.01e9, 1e12}) {  // at 0.7 rounding of 1e9 x leaves four digits
+      const auto report = jml::check_model(FineWave{slope}, z);
+      EXPECT_TRUE(report.has(Function::jacobian, Fault::disagrees_with_duals)) << at << " " << slope;
+      EXPECT_TRUE(report.has(Function::jacobian, Fault::disagrees_with_differences)) << at << " " << slope;
+    }
+  }
+}
+
+// Both states in units of their own between 1e-9 and 1e9: a right Jacobian agrees, one of 1e-3 too much in an
+// entry does not, whatever the other entries of its row are.
+TEST(CheckModel, FindsAWrongEntryInAnyUnits) {
+  jml::Noise noise(3);
+  for (int run = 0; run < 300; ++run) {
+    jml::Vector<double, 2> w, z;
+    for (int i = 0; i < 2; ++i) {
+      w(i) = std::pow(10.0, 9 * std::erf(noise.normal()));
+      z(i) = (0.2 + std::abs(std::erf(noise.normal()))) * (noise.normal() < 0 ? -1 : 1) / w(i);
+    }
+    jml::check_model(Waves{w}, z).print([&](const char* line) { ADD_FAILURE() << run << ": " << line; });
+    for (int i = 0; i < 2; ++i) {
+      for (const double wrong : {0.0, -1.0, 1.001, 1e6}) {
+        const auto report = jml::check_model(Waves{w, wrong, i}, z);
+        const double slope = std::cos(w(i) * z(i)) + i * w(0) * z(0);
+        if (std::abs(slope) < 1e-2) continue;
+        expect_only(report, Function::jacobian, Fault::disagrees_with_differences, i, i);
+      }
+    }
+  }
+}
+
+// Zeros of the Jacobian: an exact one, one of an even function, one at a triple root, one left by rounding.
+struct Zeros {
+  static constexpr int measurements = 4;
+  double wrong = 0;
+  jml::Vector<double, 4> measurement(const jml::Vector<double, 2>& z) const {
+    return {z(0), std::cos(z(1)) + z(0), std::pow(z(1), 3), (z(0) + 1e3 * z(1)) - 1e3 * z(1)};
+  }
+  jml::Matrix<double, 4, 2> measurement_jacobian(const jml::Vector<double, 2>& z) const {
+    jml::Matrix<double, 4, 2> J{{1, 1e-17}, {1, -std::sin(z(1))}, {0, 3 * z(1) * z(1)}, {1, 0}};
+    J(0, 1) += wrong;
+    return J;
+  }
+  jml::Matrix<double, 4, 2> measurement_sdc(const jml::Vector<double, 2>& z) const {
+    const double c = z(1) == 0 ? 0 : (std::cos(z(1)) - 1) / z(1);
+    return jml::Matrix<double, 4, 2>{{1, 0}, {1, c}, {0, z(1) * z(1)}, {1, 0}};
+  }
+  jml::Matrix<double, 4, 4> noise_covariance() const { return jml::Matrix<double, 4, 4>::Identity(); }
+};
+
+TEST(CheckModel, TakesRoundingForZero) {
+  for (const double at : {0.0, 1e-4, 0.3, 3.0}) {
+    const jml::Vector<double, 2> z(0.7, at);
+    jml::check_model(Zeros{}, z).print([&](const char* line) { ADD_FAILURE() << at << ": " << line; });
+    expect_only(jml::check_model(Zeros{1e-6}, z), Function::jacobian, Fault::disagrees_with_differences, 0,
+                1);
+  }
 }
 
 TEST(CheckModel, PrintsWhereAndWhat) {

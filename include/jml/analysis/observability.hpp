@@ -12,10 +12,11 @@
 /// matrix (L in the first block, F after it) is rounding.
 ///
 /// Units go out first. Component i is divided by what unit inputs make of it in one unit of time,
-///   d = Σ_k (|F|/α)^k |L| 1, k < n,   with α = max_k (tr |F|^k / n)^{1/k},
-/// which changes along with every choice of units of the states and of time: the pair that is examined, and
-/// so ranks and margins, stay the same. An entry of F counts as zero beforehand where it is below the
-/// rounding of the largest entry both of its row and of its column.
+///   d = Σ_k (|F|/α)^k |L| 1, k < n,   with α = max_k (tr |F|^k / n)^{1/k}
+/// (rank.hpp where F is nilpotent), which changes along with every choice of units of the states and of time:
+/// the pair that is examined, and so ranks and margins, stay the same. An entry of F counts as zero
+/// beforehand where every cycle through it is below rounding, beside α: that is so in all units or in none.
+/// An entry on no cycle is never rounding: a coupling of 1e-17 is one of 1 in other units.
 ///
 /// Observability of (F, M) is controllability of (Fᵀ, Mᵀ). Both are more than what Conjecture 1 asks
 /// (detectable, stabilisable).

@@ -39,29 +39,11 @@ Matrix<Scalar, p, n> in_units_of(const kernel::SemidefiniteFactor<Scalar, p>& no
   return out;
 }
 
-/// F without what is rounding beside the largest entries of its row and of its column.
+/// max_k (tr |F|^k / n)^{1/k}: a rate that no choice of the states' units changes. A nilpotent F has no such
+/// rate, but where `start` gets to a state by ways of k and of m < k couplings, their ratio is one of power
+/// k - m, and the largest of these is the answer. With neither, the unit of time is free: F's largest entry.
 template <typename Scalar, int n>
-Matrix<Scalar, n, n> without_rounding(const Matrix<Scalar, n, n>& F) {
-  Vector<Scalar, n> row, col;
-  const Matrix<Scalar, n, n> FT = kernel::transposed(F);
-  for (int i = 0; i < n; ++i) {
-    col(i) = kernel::largest(kernel::column_of(F, i));
-    row(i) = kernel::largest(kernel::column_of(FT, i));
-  }
-  Matrix<Scalar, n, n> out = F;
-  for (int j = 0; j < n; ++j) {
-    for (int i = 0; i < n; ++i) {
-      if (std::abs(F(i, j)) <= std::numeric_limits<Scalar>::epsilon() * std::min(row(i), col(j)))
-        out(i, j) = Scalar(0);
-    }
-  }
-  return out;
-}
-
-/// max_k (tr |F|^k / n)^{1/k}: a rate that no choice of the states' units changes; the largest entry of a
-/// nilpotent F, which has no such rate.
-template <typename Scalar, int n>
-Scalar natural_rate(const Matrix<Scalar, n, n>& F) {
+Scalar natural_rate(const Matrix<Scalar, n, n>& F, const Vector<Scalar, n>& start) {
   const Scalar largest = kernel::largest(F);
   if (!(largest > Scalar(0))) return Scalar(1);
   const Matrix<Scalar, n, n> size = kernel::absolute(F) / largest;
@@ -73,15 +55,50 @@ Scalar natural_rate(const Matrix<Scalar, n, n>& F) {
     rate = std::max(rate, std::pow(trace / Scalar(n), Scalar(1) / Scalar(k)));
     power = power * size;
   }
+  if (rate > Scalar(0)) return largest * rate;
+  Matrix<Scalar, n, n> reach;
+  kernel::set_column(reach, 0, start);
+  for (int k = 1; k < n; ++k) {
+    kernel::set_column(reach, k, size * kernel::column_of(reach, k - 1));
+    for (int m = 0; m < k; ++m) {
+      for (int i = 0; i < n; ++i) {
+        if (!(reach(i, m) > Scalar(0))) continue;
+        rate = std::max(rate, std::pow(reach(i, k) / reach(i, m), Scalar(1) / Scalar(k - m)));
+      }
+    }
+  }
   return largest * (rate > Scalar(0) ? rate : Scalar(1));
+}
+
+/// F, in units of its natural rate, without what is rounding in every choice of units: an entry (i, j) that
+/// closes a cycle with the best way back, the largest product of entries from i to j, to less than rounding.
+/// An entry without a way back is small or large by the choice of units alone, and stays.
+template <typename Scalar, int n>
+Matrix<Scalar, n, n> without_rounding(const Matrix<Scalar, n, n>& F) {
+  Matrix<Scalar, n, n> way = kernel::absolute(F);
+  for (int i = 0; i < n; ++i) way(i, i) = Scalar(1);
+  for (int k = 0; k < n; ++k) {
+    for (int j = 0; j < n; ++j) {
+      for (int i = 0; i < n; ++i) way(i, j) = std::max(way(i, j), way(i, k) * way(k, j));
+    }
+  }
+  Matrix<Scalar, n, n> out = F;
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i < n; ++i) {
+      const Scalar back = way(j, i);
+      if (back > Scalar(0) && std::abs(F(i, j)) * back <= std::numeric_limits<Scalar>::epsilon())
+        out(i, j) = Scalar(0);
+    }
+  }
+  return out;
 }
 
 /// F and L in units of d (observability.hpp) and of the natural rate.
 template <typename Scalar, int n, int q>
 void take_units_out(Matrix<Scalar, n, n>& F, Matrix<Scalar, n, q>& L) {
-  F = without_rounding(F) / natural_rate(F);
-  const Matrix<Scalar, n, n> size = kernel::absolute(F);
   Vector<Scalar, n> reach = kernel::row_sums(L);
+  F = without_rounding(Matrix<Scalar, n, n>(F / natural_rate(F, reach)));
+  const Matrix<Scalar, n, n> size = kernel::absolute(F);
   Vector<Scalar, n> unit = reach;
   for (int k = 1; k < n; ++k) {
     reach = size * reach;

@@ -37,12 +37,22 @@ class StabilityContinuation : public StabilityRays<D, S> {
     for (int i = 0; i < n; ++i)
       radius = std::min(radius, options_.box(i) / std::sqrt(model_.origin_covariance()(i, i)));
     start_level_ = std::log(0.5) + 2 * std::log(options_.start * radius);
-    for (int k = 0; k < 2 * n; ++k) {
+    const auto on_axis = [this](int k) {
       State y = kernel::zeros<State>();
       y(k / 2) = y(n + k / 2) = k % 2 == 0 ? 1 : -1;
       y(2 * n) = start_level_;
-      add_ray(0, y);
+      return y;
+    };
+    for (int halving = 0; halving < 20; ++halving) {  // of a start too far out for the linear filter's S
+      double off = 0;
+      for (int k = 0; k < 2 * n; ++k) {
+        auto V = model_.origin_covariance();
+        off = std::max(off, examine(on_axis(k), V).hamiltonian);
+      }
+      if (off <= 1e-4) break;
+      start_level_ -= std::log(4.0);
     }
+    for (int k = 0; k < 2 * n; ++k) add_ray(0, on_axis(k));
     levels = 1;
     fill_gaps();
     check_folds();
@@ -65,8 +75,9 @@ class StabilityContinuation : public StabilityRays<D, S> {
   }
 
  private:
-  using Base::add_ray, Base::between, Base::bisect, Base::ended, Base::ended_by_breakdown, Base::extend,
-      Base::model_, Base::note, Base::options_, Base::start_level_, Base::state_at, Base::verdict;
+  using Base::add_ray, Base::between, Base::bisect, Base::ended, Base::examine, Base::ended_by_breakdown,
+      Base::extend, Base::model_, Base::note, Base::options_, Base::start_level_, Base::state_at,
+      Base::verdict;
 
   static double gap(const State& a, const State& b) {
     const X za = a.template head<n>(), zb = b.template head<n>();

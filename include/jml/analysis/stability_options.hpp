@@ -48,8 +48,9 @@ template <int n>
 struct StabilityOptions {
   Vector<double, n> box = kernel::zeros<Vector<double, n>>();
   double largest_level = std::numeric_limits<double>::infinity();
-  double start = 1e-3;        ///< radius of the first ellipsoid, relative to the largest one in the box
-  double level_ratio = 1.15;  ///< from one level of S to the next
+  double start = 1e-3;  ///< radius of the first ellipsoid, relative to the largest one in the box; halved
+                        ///< until H is 1e-4 of its terms there
+  double level_ratio = 1.15;                ///< from one level of S to the next
   double largest_gap = n == 3 ? 0.3 : 0.1;  ///< between neighbours on the mesh, relative to its size
   double beyond = 1.5;  ///< the continuation goes on to this multiple of a level at which the condition fails
   int refinements = 4;  ///< halvings of the gap round the ray that limits the region

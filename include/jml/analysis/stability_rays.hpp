@@ -56,6 +56,19 @@ class StabilityRays {
     return examine(y, V);
   }
 
+  /// How far a level may be off, relative to it: by the integration, and by a first ellipsoid that is not the
+  /// manifold's. H is constant along a ray, and λ off by H over the speed.
+  [[nodiscard]] double level_error(double level) const {
+    double start = 0;
+    for (const auto& ray : rays) {
+      if (ray.first > 0 || ray.points.empty()) continue;
+      const Point& point = ray.points.front();
+      const double share = point.level / level;
+      if (share < 1) start = std::max(start, point.hamiltonian * share * (1 - std::log(share)));
+    }
+    return 20 * options_.integrator.relative_tolerance + 2 * start;
+  }
+
  protected:
   /// What a ray needs to go on from any of its points.
   struct Track {
@@ -157,21 +170,29 @@ class StabilityRays {
     const StabilityLimit limit = verdict(point);
     if (limit != StabilityLimit::none) {
       if (limit == StabilityLimit::condition && point.level > 1.001 * first.level) return;
-      if (points.size() < 2)
-        note({limit, 0, i, point, point.status});
-      else
-        bisect(i, points.size() - 2, y(2 * n));
+      if (points.size() < 2) return note({limit, 0, i, point, point.status});
+      const auto end = bisect(i, points.size() - 2, y(2 * n));
+      // Before it: what no third point can hint at any more.
+      const std::size_t from = points.size() - std::min<std::size_t>(points.size(), 3);
+      if (limit != StabilityLimit::covariance &&
+          std::max(end.covariance, points[points.size() - 2].covariance) > 1.3)
+        climb(i, from, std::log(end.level), size_of_covariance);
+      if (limit != StabilityLimit::condition &&
+          std::max(strictness(end), strictness(points[points.size() - 2])) > -0.05)
+        climb(i, from, std::log(end.level), [this](const Point& q) { return strictness(q); });
       return;
     }
     if (points.size() < 3 || points[points.size() - 3].level > first.level) return;
     // Between the levels: a peak of V, or of the condition, that three points only hint at.
     const Point *a = &points[points.size() - 3], *b = a + 1, *c = a + 2;
     if (b->covariance > 1.3 && b->covariance >= a->covariance && b->covariance >= c->covariance)
-      climb(i, points.size() - 3, y(2 * n), [](const Point& q) { return q.covariance; });
-    const auto strictness = [this](const Point& q) { return q.rate / (q.level * model_.pace()); };
+      climb(i, points.size() - 3, y(2 * n), size_of_covariance);
     if (strictness(*b) > -0.05 && strictness(*b) >= strictness(*a) && strictness(*b) >= strictness(*c))
-      climb(i, points.size() - 3, y(2 * n), strictness);
+      climb(i, points.size() - 3, y(2 * n), [this](const Point& q) { return strictness(q); });
   }
+
+  static double size_of_covariance(const Point& point) { return point.covariance; }
+  double strictness(const Point& point) const { return point.rate / (point.level * model_.pace()); }
 
   /// State, V and point of ray i at ln S = at, from its point number `from`.
   std::optional<Point> between(int i, std::size_t from, double at) const {
@@ -184,9 +205,12 @@ class StabilityRays {
     return examine(y, V);
   }
 
-  /// The level at which a ray that is well at its point `from` and not at ln S = above first fails.
-  void bisect(int i, std::size_t from, double above) {
+  /// The level at which a ray that is well at its point `from` and not at ln S = above first fails: that of
+  /// the last point found well, which is the answer. Where Ṡ vanishes a point falls short of the level asked
+  /// for.
+  Point bisect(int i, std::size_t from, double above) {
     double below = rays[static_cast<std::size_t>(i)].points[from].level;
+    Point well = rays[static_cast<std::size_t>(i)].points[from];
     below = std::log(below);
     Event event{StabilityLimit::none, 0, i, {}, Status::ok};
     for (int halving = 0; halving < 40 && above - below > 1e-9; ++halving) {
@@ -195,6 +219,7 @@ class StabilityRays {
       const StabilityLimit limit = point ? verdict(*point) : StabilityLimit::integration;
       if (limit == StabilityLimit::none) {
         below = middle;
+        well = *point;
       } else {
         above = middle;
         event.limit = limit;
@@ -206,9 +231,10 @@ class StabilityRays {
       event.limit = point ? verdict(*point) : StabilityLimit::integration;
       if (point) event.point = *point;
     }
-    event.level = std::exp(below);
+    event.level = std::min(well.level, std::exp(below));
     event.status = event.point.status;
     note(event);
+    return well;
   }
 
   /// Golden section for the largest `height` of ray i between its point `from` and ln S = above.
@@ -224,9 +250,9 @@ class StabilityRays {
     };
     bool failed = false;
     double at_left = look(left, failed);
-    if (failed) return bisect(i, from, left);
+    if (failed) return void(bisect(i, from, left));
     double at_right = look(right, failed);
-    if (failed) return bisect(i, from, right);
+    if (failed) return void(bisect(i, from, right));
     for (int k = 0; k < 60 && high - low > 1e-11; ++k) {
       if (at_left > at_right) {
         high = right;
@@ -234,14 +260,14 @@ class StabilityRays {
         at_right = at_left;
         left = high - golden * (high - low);
         at_left = look(left, failed);
-        if (failed) return bisect(i, from, left);
+        if (failed) return void(bisect(i, from, left));
       } else {
         low = left;
         left = right;
         at_left = at_right;
         right = low + golden * (high - low);
         at_right = look(right, failed);
-        if (failed) return bisect(i, from, right);
+        if (failed) return void(bisect(i, from, right));
       }
     }
   }

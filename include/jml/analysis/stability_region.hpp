@@ -18,7 +18,8 @@
 ///
 /// **Certified by sampling, no proof**: the condition was looked at on `rays` × `levels` points, between
 /// levels where a peak shows, and more finely round the ray that fails first. What is narrower than the
-/// reported resolution can be missed, and so can a mesh that meets itself without a fold.
+/// reported resolution can be missed, and so can a mesh that meets itself without a fold. What the
+/// integration and the first ellipsoid may be off is taken from the level.
 #pragma once
 
 #include <jml/analysis/autonomous_filter.hpp>
@@ -78,8 +79,10 @@ template <ContinuousDynamics D, Sensor S>
   out.level_ratio = options.level_ratio;
   out.largest_gap = continuation.largest_gap;
   out.mesh = continuation.mesh.simplices;
-  out.level = std::min(continuation.first.level, options.largest_level);
-  if (continuation.first.level <= options.largest_level) {
+  const double certified =
+      continuation.first.level * (1 - continuation.level_error(continuation.first.level));
+  out.level = std::max(0.0, std::min(certified, options.largest_level));
+  if (certified <= options.largest_level) {
     out.limit = continuation.first.limit;
     out.limiting_point = continuation.first.point;
     out.status = continuation.first.status;

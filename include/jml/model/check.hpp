@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <jml/model/concepts.hpp>
+#include <limits>
 
 namespace jml {
 
@@ -117,6 +118,67 @@ bool require_finite(ModelReport& report, Finding::Function function,
   return false;
 }
 
+/// A derivative by central differences, and how far it may be off.
+struct Quotient {
+  double value = std::numeric_limits<double>::quiet_NaN();
+  double error = std::numeric_limits<double>::infinity();
+};
+
+/// Compares each entry of `given` with a central difference quotient. x says little of the step: a function
+/// may turn within 1e-9, or hardly at all. So the step goes from a tenth of x down to the rounding of x, and
+/// the quotient that is taken is the one that changes least with it, beside its size and its rounding.
+template <int rows, int n, typename F, typename Difference>
+void compare_with_differences(ModelReport& report, const Vector<double, n>& x, const F& f,
+                              const Vector<double, rows>& value, const Matrix<double, rows, n>& given,
+                              const Difference& difference) {
+  constexpr double epsilon = std::numeric_limits<double>::epsilon();
+  constexpr int steps = 30;
+  Finding worst{Finding::Function::jacobian, Finding::Fault::disagrees_with_differences, 0, 0, 0, 0};
+  double largest = 1;
+  const Vector<double, rows> through_x = given.cwiseAbs() * x.cwiseAbs();
+  for (int j = 0; j < n; ++j) {
+    // The most certain quotient beside its own size, and that beside nothing for what has no size: a zero.
+    std::array<Quotient, rows> sharp, zero;
+    Matrix<double, rows, 3> last = kernel::filled<Matrix<double, rows, 3>>(0);  // three steps, a ring
+    Vector<double, rows> noise = value, finer;
+    double h = 0.1 * std::max(std::abs(x(j)), 1e-2);
+    for (int k = 0; k < steps && h >= 4 * epsilon * std::abs(x(j)); ++k, h /= 8) {
+      Vector<double, n> above = x, below = x;
+      above(j) += h;
+      below(j) -= h;
+      const Vector<double, rows> f_above = f(above), f_below = f(below);
+      const double width = above(j) - below(j);
+      last.col(k % 3) = difference(f_above, f_below) / width;
+      finer = 4 * epsilon * (through_x + value.cwiseAbs() + f_above.cwiseAbs() + f_below.cwiseAbs()) / width;
+      for (int i = 0; k > 1 && i < rows; ++i) {
+        const auto r = static_cast<std::size_t>(i);
+        const double now = last(i, (k - 1) % 3);
+        const double moved = std::max(std::abs(now - last(i, k % 3)), std::abs(now - last(i, (k - 2) % 3)));
+        const Quotient candidate{now, noise(i) + moved};
+        if (candidate.error < zero[r].error) zero[r] = candidate;
+        if (candidate.error * std::abs(sharp[r].value) < sharp[r].error * std::abs(now) ||
+            (std::isnan(sharp[r].value) && std::isfinite(candidate.error)))
+          sharp[r] = candidate;
+      }
+      noise = finer;
+    }
+    for (int i = 0; i < rows; ++i) {
+      const auto r = static_cast<std::size_t>(i);
+      const Quotient& found = sharp[r].error < 0.1 * std::abs(sharp[r].value) ? sharp[r] : zero[r];
+      const double size = std::max(std::abs(found.value), std::abs(given(i, j)));
+      const double allowed = 1e-5 * size + 10 * found.error;
+      const double beyond = allowed > 0 ? std::abs(given(i, j) - found.value) / allowed : 0.0;
+      if (beyond <= largest) continue;
+      largest = beyond;
+      worst.row = i;
+      worst.column = j;
+      worst.given = given(i, j);
+      worst.expected = found.value;
+    }
+  }
+  if (!(largest <= 1)) report.add(worst);
+}
+
 /// Jacobian, SDC and linearity of f: Rⁿ → R^rows at x. `difference(a, b)` is a - b, angles wrapped.
 template <int rows, bool generic, bool linear, int n, typename F, typename J, typename Sdc,
           typename Difference>
@@ -132,21 +194,13 @@ void check_function(ModelReport& report, Finding::Function itself, const Vector<
     compare(report, Finding::Function::jacobian, Fault::disagrees_with_duals, given,
             derive_jacobian<rows>(f, x), 1e-11, none);
   }
-  Matrix<double, rows, n> differences;
-  for (int j = 0; j < n; ++j) {
-    const double h = 6e-6 * std::max(std::abs(x(j)), 1e-2);
-    Vector<double, n> above = x, below = x;
-    above(j) += h;
-    below(j) -= h;
-    differences.col(j) =
-        difference(Vector<double, rows>(f(above)), Vector<double, rows>(f(below))) / (above(j) - below(j));
-  }
-  compare(report, Finding::Function::jacobian, Fault::disagrees_with_differences, given, differences, 1e-5,
-          none);
+  compare_with_differences<rows>(report, x, f, value, given, difference);
   const auto [F_x, reference, change] = sdc(x);
   if (require_finite(report, Finding::Function::sdc, F_x)) {
     const Vector<double, rows> product = F_x * (x - reference);
-    const Vector<double, rows> floor = F_x.cwiseAbs() * (x - reference).cwiseAbs() + value.cwiseAbs();
+    // The last part is what rounding of x does to f.
+    const Vector<double, rows> floor =
+        F_x.cwiseAbs() * (x - reference).cwiseAbs() + value.cwiseAbs() + given.cwiseAbs() * x.cwiseAbs();
     compare(report, Finding::Function::sdc, Fault::breaks_definition, product, change, 1e-12, floor);
   }
   if constexpr (linear) {
@@ -158,9 +212,9 @@ void check_function(ModelReport& report, Finding::Function itself, const Vector<
 
 }  // namespace detail
 
-/// Checks dynamics at x, n: that its Jacobian is the derivative, its SDC matrix satisfies F(x) x =
-/// f(x) - f(0), Q is a covariance, G and w̄ are finite, a claim of linearity holds. Use several x, none of
-/// them special.
+/// Checks dynamics at x, n, in whatever units: that its Jacobian is the derivative, its SDC matrix satisfies
+/// F(x) x = f(x) - f(0), Q is a covariance, G and w̄ are finite, a claim of linearity holds. Use several x,
+/// none of them special. f is called up to 60 n times, at up to a tenth of x (or 1e-3) beside x.
 template <Dynamics D, int n, typename At = StepContext<double, DynamicsTraits<D>::controls>>
 [[nodiscard]] ModelReport check_model(const D& d, const Vector<double, n>& x,
                                       const At& at = no_context<double, D>()) {

@@ -23,8 +23,8 @@ namespace jml {
 /// Refuses with Status::invalid_option: a coefficient that is not finite, a sign that is not ±1.
 /// no_stabilizing_solution: an unstable mode is not detectable (or not stabilisable), or K has not n2
 /// eigenvalues in the right and n1 in the left half plane. eigenvalues_on_axis: no gap, and not a case that a
-/// shift cures. not_converged: bounds reached. accepted_critical: see AlgebraicSolution::shifted.
-/// A symmetric equation (B = Aᵀ, Q, S symmetric) has an exactly symmetric answer.
+/// shift cures. not_converged: bounds reached, or no digit of X is certain. accepted_critical: see
+/// AlgebraicSolution::shifted. A symmetric equation (B = Aᵀ, Q, S symmetric) has an exactly symmetric answer.
 template <typename Scalar, int n1, int n2>
 [[nodiscard]] AlgebraicSolution<Scalar, n1, n2> solve_algebraic_riccati(
     const AlgebraicRiccati<Scalar, n1, n2>& equation) {

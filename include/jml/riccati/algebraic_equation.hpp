@@ -39,9 +39,9 @@ struct AlgebraicSolution {
   Matrix<Scalar, n1, n2> X = kernel::zeros<Matrix<Scalar, n1, n2>>();
   Status status = Status::not_converged;
   Scalar residual = 0;  ///< ‖A X + X B + Q - X S X‖ over the sum of the four terms' norms, in balanced units
-  /// Claimed ‖X - true‖/‖X‖: what rounding of the coefficients' last digit can do, and this solver with it.
-  /// Where `shifted`, among critical equations only: to a neighbour that is not critical (or has no solution)
-  /// X may be off by √ε.
+  /// Claimed ‖X - true‖/‖X‖, below one: what rounding of the coefficients' last digit can do, and this solver
+  /// with it. Where `shifted`, among critical equations and what was seen of neighbours: to one that is not
+  /// critical by its last digit (or has no solution) X may be off by √ε.
   Scalar error = 0;
   int iterations = 0;    ///< doublings
   bool warm = false;     ///< the start sufficed, no Schur form was computed

@@ -8,9 +8,12 @@
 /// the right ones, V, belong to the wanted subspace, the left ones, W, are orthogonal to it. With orthonormal
 /// real bases K + η V Vᵀ - η W Wᵀ has the same wanted subspace and a gap, half of the eigenvalues moved right
 /// by η and half of them left (Guo, Iannazzo, Meini 2007, for one null vector). Repeated for longer blocks.
+/// An equation near a critical one is then solved from there without the shift: R of the shifted X is small
+/// in twice the digits, so that doubling sees a gap of ε where K has one of √ε.
 #pragma once
 
 #include <jml/riccati/algebraic_equation.hpp>
+#include <jml/riccati/algebraic_error.hpp>
 #include <jml/solve/doubling.hpp>
 #include <jml/solve/ordered_schur.hpp>
 
@@ -19,6 +22,14 @@ namespace jml::detail {
 /// The backward error beyond which an answer is not taken as solved to rounding.
 template <typename Scalar, int m>
 inline constexpr Scalar backward_limit = Scalar(16 * m) * std::numeric_limits<Scalar>::epsilon();
+
+/// ‖Z‖ of 0 = A₀ Z + Z B₀ + R - Z S Z by the norm of R, at most twice that without the last term
+/// (algebraic_error.hpp).
+template <typename Scalar, int n1, int n2>
+[[nodiscard]] Scalar error_bound(const RiccatiBlocks<Scalar, n1, n2>& k, Scalar gain, Scalar residual) {
+  const Scalar error = gain * residual, curved = Scalar(4) * gain * kernel::norm(k.S) * error;
+  return curved < Scalar(1) ? (Scalar(1) + curved) * error : Scalar(2) * error;
+}
 
 template <typename Scalar, int n1, int n2>
 [[nodiscard]] bool solve_warm(const BalancedRiccati<Scalar, n1, n2>& balanced,
@@ -36,7 +47,7 @@ template <typename Scalar, int n1, int n2>
     X += step.Z;
     terms = k.residual(X, A0, B0, R);
     const Scalar left = kernel::norm(R), weight = k.weight(X);
-    out.error = step.gain * (left + epsilon * weight);
+    out.error = error_bound(k, step.gain, left + epsilon * weight);
     const bool first = pass == 0, hard = out.error > std::cbrt(epsilon) * kernel::norm(X);
     if (left <= (first ? Scalar(4) * epsilon : backward_limit<Scalar, n1 + n2>)*weight && !(first && hard)) {
       out.X = X;
@@ -147,6 +158,32 @@ template <typename Scalar, int n1, int n2>
   return pivot > Scalar(256 * (n1 + n2)) * std::numeric_limits<Scalar>::epsilon();
 }
 
+/// Moves X, near a solution that is nearly critical, to the one that leaves A - X S and B - S X stable; false
+/// where there is none further away than `rounding`. `distance`: how far from X it looked.
+template <typename Scalar, int n1, int n2>
+[[nodiscard]] JML_NOINLINE bool resolve(const RiccatiBlocks<Scalar, n1, n2>& k, Scalar rounding,
+                                        Matrix<Scalar, n1, n2>& X, Scalar& gain, Scalar& distance,
+                                        int& iterations) {
+  constexpr Scalar still = Scalar(4 * (n1 + n2)) * std::numeric_limits<Scalar>::epsilon();
+  Matrix<Scalar, n1, n2> moved = X, R;
+  Matrix<Scalar, n1, n1> A0;
+  Matrix<Scalar, n2, n2> B0;
+  for (int pass = 0; pass < 6; ++pass) {
+    k.residual(moved, A0, B0, R);
+    const auto step = solve_by_doubling(A0, B0, k.accurate_residual(moved), k.S, kernel::norm(moved), 60);
+    iterations += step.iterations;
+    moved += step.Z;
+    distance = kernel::norm(Matrix<Scalar, n1, n2>(moved - X));
+    if (!step.converged) return false;
+    if (kernel::norm(step.Z) > still * kernel::norm(moved)) continue;
+    if (distance <= rounding) return false;
+    X = moved;
+    gain = step.gain;
+    return true;
+  }
+  return false;
+}
+
 template <typename Scalar, int n1, int n2>
 JML_NOINLINE void solve_cold(const BalancedRiccati<Scalar, n1, n2>& balanced,
                              AlgebraicSolution<Scalar, n1, n2>& out) {
@@ -177,7 +214,7 @@ JML_NOINLINE void solve_cold(const BalancedRiccati<Scalar, n1, n2>& balanced,
   const RiccatiBlocks<Scalar, n1, n2> original(balanced.K), k(K);
   Matrix<Scalar, n1, n1> A0;
   Matrix<Scalar, n2, n2> B0;
-  Scalar terms = 0, gain = 0;
+  Scalar terms = 0, gain = 0, distance = 0;
   bool converged = false;
   for (int pass = 0; pass < 2; ++pass) {
     terms = k.residual(X, A0, B0, R);
@@ -189,10 +226,24 @@ JML_NOINLINE void solve_cold(const BalancedRiccati<Scalar, n1, n2>& balanced,
     converged = true;
     if (kernel::norm(step.Z) <= Scalar(1e-3) * std::sqrt(epsilon) * kernel::norm(X)) break;
   }
+  const Scalar s = kernel::norm(original.S), unit = s > Scalar(0) ? size / s : Scalar(1);
+  if (out.shifted && resolve(original, Scalar(10) * epsilon * unit, X, gain, distance, out.iterations)) {
+    converged = true;
+    out.shifted = false;
+  }
+  // Without Q zero is a solution, and a tolerance relative to it is none.
+  if (!(kernel::largest(original.Q) > Scalar(0)) &&
+      kernel::norm(X) <= (out.shifted ? std::sqrt(epsilon) : rounding) * unit) {
+    kernel::set_zero(X);
+    converged = true;
+  }
   R = original.accurate_residual(X);
   out.residual = terms > Scalar(0) ? kernel::norm(R) / terms : Scalar(0);
   const Scalar weight = original.weight(X);
-  out.error = gain * (kernel::norm(R) + epsilon * weight);
+  out.error = error_bound(original, gain, kernel::norm(R) + epsilon * weight);
+  // A gap of less than rounding would not have been seen.
+  if (out.shifted)
+    out.error += Scalar(10) * epsilon * unit + (std::isfinite(distance) ? distance : Scalar(0));
   // Not critical to rounding: the shifted equation's X is one of a neighbour.
   if (out.shifted && kernel::norm(R) > Scalar(4) * epsilon * weight)
     out.error += std::sqrt(kernel::norm(R) / kernel::norm(k.S));
@@ -210,14 +261,24 @@ JML_NOINLINE void solve_cold(const BalancedRiccati<Scalar, n1, n2>& balanced,
 template <typename Scalar, int n1, int n2>
 void finish(const AlgebraicRiccati<Scalar, n1, n2>& equation, const BalancedRiccati<Scalar, n1, n2>& balanced,
             AlgebraicSolution<Scalar, n1, n2>& out) {
-  if (!usable(out.status)) {
-    kernel::set_zero(out.X);
-    return;
-  }
-  out.X = balanced.out_of(out.X);
+  constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
+  if (!usable(out.status)) return kernel::set_zero(out.X);
+  const Matrix<Scalar, n1, n2> X = out.X;
+  out.X = balanced.out_of(X);
   const Scalar norm = kernel::norm(out.X);
   out.error *= balanced.unit();
-  if (norm > Scalar(0)) out.error = out.error / norm + std::numeric_limits<Scalar>::epsilon();
+  if (norm > Scalar(0)) out.error = out.error / norm + epsilon;
+  // A bound by norms is quick; where it says little, or not enough, entry by entry.
+  if (norm > Scalar(0) && !out.shifted && !(out.error <= Scalar(32) * std::sqrt(epsilon))) {
+    const RiccatiBlocks<Scalar, n1, n2> k(balanced.K);
+    Matrix<Scalar, n1, n2> bound;
+    if (AlgebraicError<Scalar, n1, n2>(k, X).bound(bound))
+      out.error = kernel::norm(balanced.out_of(bound)) / norm + epsilon;
+  }
+  if (norm > Scalar(0) && !(out.error < Scalar(1))) {
+    out.status = Status::not_converged;
+    return kernel::set_zero(out.X);
+  }
   if constexpr (n1 == n2) {
     bool symmetric = equation.signs.AX == equation.signs.XB;
     for (int j = 0; j < n1; ++j) {
