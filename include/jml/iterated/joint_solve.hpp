@@ -211,6 +211,12 @@ JML_NOINLINE Root<Step> leave_saddle(const Rule& rule, const Step& step, Scalar 
   return root;
 }
 
+/// The first attempt took long.
+template <typename Rule, typename Step>
+[[nodiscard]] bool wandered(const Rule&, const Root<Step>& root) {
+  return root.iterations > 7 && root.solver != Rule::Fallback::solver;
+}
+
 /// A root of a symmetric P made sure of: a minimum, and where the step bends much and the first attempt took
 /// long, not a higher one than the fallback solver goes down to from the start.
 template <typename Rule, typename Step, typename Scalar>
@@ -221,9 +227,9 @@ JML_NOINLINE Root<Step> seek_minimum(const Rule& rule, const Step& step, const t
     const Bend<Step> bend(step, of.z, of.visit);
     return bend.is_slight(step, of.visit) ? of : leave_saddle(rule, step, tolerance, of, may_descend);
   };
+  const bool took_long = wandered(rule, root);
   root = make_sure(root);
-  const bool wandered = root.iterations > 7 && root.solver != Rule::Fallback::solver;
-  if (!may_descend || !wandered || Bend<Step>(step, start.z, start.visit).is_slight(step, start.visit))
+  if (!may_descend || !took_long || Bend<Step>(step, start.z, start.visit).is_slight(step, start.visit))
     return root;
   Root<Step> other = use_fallback_solver(rule, step, prediction, tolerance, root);
   if (usable(other.status)) {
@@ -277,7 +283,8 @@ JML_NOINLINE Root<Step> solve_joint_step(const Rule& rule, const Step& step,
     judge_cost(root);
   }
   if constexpr (Bend<Step>::of_m || Bend<Step>::of_f) {
-    if (symmetric_prior && usable(root.status) && root.status != Status::accepted_at_limit)
+    if (symmetric_prior && usable(root.status) && root.status != Status::accepted_at_limit &&
+        (wandered(rule, root) || !bends_little(step, root.z, root.visit)))
       root = seek_minimum(rule, step, prediction, tolerance, start, root);
   }
   return root;

@@ -58,6 +58,61 @@ struct Bend {
   }
 };
 
+/// The models bend too little at a root for anything but a minimum: Σ |m_ij| √(N_ii N_jj) + Σ |Λ_ij| √(P_ii
+/// P_jj) < ½, by differences of the Jacobians over a thousandth of a deviation. For the usual step, as second
+/// derivatives by dual numbers cost as much as it does.
+template <typename Step>
+[[nodiscard]] JML_NOINLINE bool bends_little(const Step& step, const typename Step::Z& z,
+                                             const typename Step::Visit& at) {
+  using X = typename Step::X;
+  using Scalar = typename X::Scalar;
+  constexpr int n = static_cast<int>(X::RowsAtCompileTime), p = Step::p;
+  constexpr Scalar share = Scalar(1e-3), most = Scalar(0.5) * share;
+  Scalar sum = 0;
+  X size, e;
+  kernel::product(kernel::transposed(at.m_x), at.weighted_innovation, e);  // e = m_xᵀ ν
+  if constexpr (Bend<Step>::of_m) {
+    Matrix<Scalar, n, n> fP;
+    kernel::product(at.f_x, step.prior.P, fP);
+    for (int i = 0; i < n; ++i) {  // √N_ii
+      Scalar variance = step.noise(i, i);
+      for (int k = 0; k < n; ++k) variance += fP(i, k) * at.f_x(i, k);
+      size(i) = std::sqrt(std::abs(variance));
+    }
+    X x = Step::next(z);
+    for (int j = 0; j < n; ++j) {
+      if (size(j) == Scalar(0)) continue;
+      const Scalar here = x(j);
+      x(j) = here + share * size(j);
+      const Matrix<Scalar, p, n> m_x = measurement_jacobian(step.sensor, x, step.at_y);
+      x(j) = here;
+      for (int i = 0; i < n; ++i) {
+        Scalar change = -e(i);
+        for (int k = 0; k < p; ++k) change += m_x(k, i) * at.weighted_innovation(k);
+        sum += std::abs(change) * size(i);
+      }
+    }
+  }
+  if constexpr (Bend<Step>::of_f) {
+    X fe, x = Step::smoothed(z);
+    kernel::product(kernel::transposed(at.f_x), e, fe);
+    for (int i = 0; i < n; ++i) size(i) = std::sqrt(std::abs(step.prior.P(i, i)));
+    for (int j = 0; j < n; ++j) {
+      if (size(j) == Scalar(0)) continue;
+      const Scalar here = x(j);
+      x(j) = here + share * size(j);
+      const Matrix<Scalar, n, n> f_x = dynamics_jacobian(step.dynamics_model, x, step.at);
+      x(j) = here;
+      for (int i = 0; i < n; ++i) {
+        Scalar change = -fe(i);
+        for (int k = 0; k < n; ++k) change += f_x(k, i) * e(k);
+        sum += std::abs(change) * size(i);
+      }
+    }
+  }
+  return sum < most;
+}
+
 /// A direction in (a, b) along which (11) falls from a root; false where that is a minimum, to rounding.
 template <typename Step, typename Whitened, typename Scalar, int n>
 [[nodiscard]] JML_NOINLINE bool leads_down(const Step& step, const Whitened& whitened, const Bend<Step>& bend,
