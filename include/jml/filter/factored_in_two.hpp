@@ -5,6 +5,7 @@
 #pragma once
 
 #include <jml/filter/factored_steps.hpp>
+#include <jml/filter/watched.hpp>
 
 namespace jml::detail {
 
