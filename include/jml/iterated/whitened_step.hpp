@@ -16,6 +16,7 @@ struct WhitenedStep {
   static constexpr int p = Step::p, parameters = 2 * n, residuals = 2 * n + p;
   const Step& step;
   Matrix<Scalar, n, n> L, B;
+  Scalar share = 1;  ///< of the measurement's weight R⁻¹: its root
 
   explicit WhitenedStep(const Step& s)
       : step(s),
@@ -74,12 +75,12 @@ struct WhitenedStep {
     return all_finite(r);
   }
 
-  /// v ← D^{-½} L⁻¹ v of R = L D Lᵀ.
+  /// v ← share D^{-½} L⁻¹ v of R = L D Lᵀ.
   void whiten(Vector<Scalar, p>& v) const {
     for (int i = 0; i < p; ++i) {
       for (int k = 0; k < i; ++k) v(i) -= step.R_factor.lower(i, k) * v(k);
     }
-    for (int i = 0; i < p; ++i) v(i) *= std::sqrt(step.R_factor.inverse_diagonal(i));
+    for (int i = 0; i < p; ++i) v(i) *= share * std::sqrt(step.R_factor.inverse_diagonal(i));
   }
 };
 
