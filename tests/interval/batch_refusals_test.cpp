@@ -307,6 +307,11 @@ TEST(BatchRefusals, ModelIsNotFiniteAnywhere) {
       SCOPED_TRACE(testing::Message()
                    << "fault " << static_cast<int>(fault) << ", start " << static_cast<int>(start));
       auto batch = batch_of({fault});
+      if (fault == Fault::m) {  // where it comes
+        EXPECT_EQ(batch.step(Saturating{fault}, 1.0, dt).status, status);
+        EXPECT_EQ(batch.steps(), 0);
+        continue;
+      }
       fly(batch, {fault});
       batch.start = start;
       EXPECT_EQ(batch.solve().status, status);
