@@ -201,7 +201,7 @@ double least_curvature(const J& cost, const Eigen::Matrix<double, 2 * n, 1>& u) 
 template <int n>
 void expect_minima(std::uint64_t seed, int runs) {
   jml::Noise noise(seed);
-  int planted = 0, usable = 0;
+  int planted = 0, usable = 0, intervals = 0;
   for (int k = 0; k < runs; ++k) {
     Bent<n> model;
     Bowl<n> bowl{{symmetric<n>(noise, 1), symmetric<n>(noise, 1)}};
@@ -223,6 +223,23 @@ void expect_minima(std::uint64_t seed, int runs) {
     using U = Eigen::Matrix<double, 2 * n, 1>;
     const bool saddle = least_curvature<n>(cost, U(U::Zero())) < -1e-3;
     planted += saddle;
+    if constexpr (n == 2) {  // the same of an interval
+      jml::Batch batch{model,
+                       jml::Sensors<Bowl<n>>{},
+                       jml::Estimate<double, n>{Vec<n>(Vec<n>::Zero()), P},
+                       {.steps = 1, .measurements = 1}};
+      EXPECT_EQ(batch.step(bowl, y).status, Status::ok);
+      const auto solved = batch.solve();
+      intervals += jml::usable(solved.status);
+      if (jml::usable(solved.status)) {
+        U v;
+        v.template head<n>() = root_P.fullPivLu().solve(batch.x(0));
+        const Vec<n> w = batch.x(1) - model.dynamics(Vec<n>(batch.x(0)));
+        v.template tail<n>() = k % 3 == 0 ? Vec<n>(Vec<n>::Zero()) : Vec<n>(root_Q.fullPivLu().solve(w));
+        EXPECT_NEAR(cost(v), solved.cost, 1e-6 * (1 + solved.cost)) << k;
+        EXPECT_GT(least_curvature<n>(cost, v), -1e-4) << "interval, problem " << k;
+      }
+    }
     jml::Filter filter{jml::IteratedJml{}, model, jml::Estimate<double, n>{Vec<n>(Vec<n>::Zero()), P}};
     const auto report = filter.step(bowl, y);
     if (!jml::usable(report.status)) continue;
@@ -239,6 +256,7 @@ void expect_minima(std::uint64_t seed, int runs) {
   std::printf("n = %d: %d of %d priors are saddles or maxima; %d answered\n", n, planted, runs, usable);
   EXPECT_GT(planted, runs / 4);
   EXPECT_GE(usable, runs - runs / 100);
+  EXPECT_GE(intervals, n == 2 ? runs - runs / 100 : 0);
 }
 TEST(Minima, NeverAPlantedSaddle) {
   expect_minima<2>(5, 600);
