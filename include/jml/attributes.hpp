@@ -14,3 +14,5 @@
 
 /// A rare way, kept out of the way of the usual one.
 #define JML_NOINLINE __attribute__((noinline))
+/// The same, of which moreover size and compile time count, not speed: what a healthy flight never asks for.
+#define JML_RARE __attribute__((noinline, cold))

@@ -214,4 +214,20 @@ JML_INLINE inline void add_symmetric_transposed_product(const Matrix<Scalar, n, 
   }
 }
 
+// Products apart from the code around them, for what is not worth a copy of its own.
+
+/// out = a b.
+template <typename Scalar, int rows, int inner, int cols>
+JML_NOINLINE void multiply(const Matrix<Scalar, rows, inner>& a, const Matrix<Scalar, inner, cols>& b,
+                           Matrix<Scalar, rows, cols>& out) {
+  product(a, b, out);
+}
+
+/// out += a b.
+template <typename Scalar, int rows, int inner, int cols>
+JML_NOINLINE void accumulate(const Matrix<Scalar, rows, inner>& a, const Matrix<Scalar, inner, cols>& b,
+                             Matrix<Scalar, rows, cols>& out) {
+  add_product<1>(out, a, b, out);
+}
+
 }  // namespace jml::kernel

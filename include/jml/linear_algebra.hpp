@@ -115,8 +115,9 @@ template <Definite wanted, typename Scalar, int n>
     }
     if (best != k) {
       std::swap(w(k, k), w(best, best));
-      for (int i = k + 1; i < best; ++i) std::swap(w(i, k), w(best, i));
-      for (int i = best + 1; i < n; ++i) std::swap(w(i, k), w(i, best));
+      for (int i = k + 1; i < n; ++i) {
+        if (i != best) std::swap(w(i, k), i < best ? w(best, i) : w(i, best));
+      }
     }
     const Scalar inverse = Scalar(1) / w(k, k);
     for (int j = k + 1; j < n; ++j) {

@@ -41,7 +41,7 @@ struct ExtendedUd {
   /// From the upper triangle of a dense P in U; an infinite variance asks for zeros beside it. `epsilon`: of
   /// the numbers that P was given in. Pivot j is m P mᵀ with row m of U⁻¹; what their rounding alone may have
   /// made of it, ε (Σ |m_k| √P_kk)², is zero. False where P is indefinite.
-  [[nodiscard]] bool factor(Scalar epsilon) const {
+  [[nodiscard]] JML_RARE bool factor(Scalar epsilon) const {
     const Scalar slack = Scalar(2 * n) * epsilon;
     for (int j = 0; j < n; ++j) D[j] = u(j, j);
     for (int j = n - 1; j >= 0; --j) {
@@ -65,7 +65,7 @@ struct ExtendedUd {
   }
 
   /// √P_ii to a few digits; infinite where a direction of which nothing is known reaches x_i.
-  void deviations(Scalar* sd) const {
+  JML_RARE void deviations(Scalar* sd) const {
     for (int i = 0; i < n; ++i) {
       Scalar sum = 0;
       for (int j = i; j < n; ++j) {
@@ -79,7 +79,7 @@ struct ExtendedUd {
   /// U D Uᵀ = Σ d_k w_k w_kᵀ of the m columns of W (n×m, overwritten). `size`: of row i the sum of the sizes
   /// of all terms that it came from, a standard deviation; what cannot be told from zero beside it is zero.
   /// `bulk` (n×m): the same of each entry of a column with infinite weight.
-  void triangularise(int m, T* W, const T* d, Scalar* size, Scalar* bulk) const {
+  JML_RARE void triangularise(int m, T* W, const T* d, Scalar* size, Scalar* bulk) const {
     const Scalar small = rounding(n + m);
     for (int j = n - 1; j >= 0; --j) {
       for (int i = 0; i < n; ++i) u(i, j) = T(i == j ? 1 : 0);
@@ -145,8 +145,8 @@ struct ExtendedUd {
 
   /// P ← F P Fᵀ + B diag(d_B) Bᵀ, F n×n (null: I), B n×q. Memory of the caller: W n×(n+q), d and bulk as in
   /// triangularise(), size n.
-  void propagate(const Scalar* F, int q, const T* B, const T* d_B, T* W, T* d, Scalar* size,
-                 Scalar* bulk) const {
+  JML_RARE void propagate(const Scalar* F, int q, const T* B, const T* d_B, T* W, T* d, Scalar* size,
+                          Scalar* bulk) const {
     deviations(size);
     spread_sizes(F, q, B, d_B, size, W);
     for (int j = 0; j < n; ++j) {
@@ -172,8 +172,8 @@ struct ExtendedUd {
 
   /// One row h (n) of measurements with variance r ≥ 0. gain: n, of the innovation; alpha: its variance
   /// h P hᵀ + r, infinite where the row resolved a direction. Memory as in propagate() with q = 1.
-  [[nodiscard]] RowUse correct(const T* h, const T& r, T* gain, T& alpha, T* f, T* W, T* d, Scalar* size,
-                               Scalar* bulk) const {
+  [[nodiscard]] JML_RARE RowUse correct(const T* h, const T& r, T* gain, T& alpha, T* f, T* W, T* d,
+                                        Scalar* size, Scalar* bulk) const {
     int free = -1;
     Scalar sizes = 0;
     deviations(size);
@@ -219,7 +219,7 @@ struct ExtendedUd {
   /// uncorrelated, the root of the condition number where they are not. `sd`: √ of the sums that P came from.
   /// `own`: the same as sd, of the state itself whose direction it is. An exact zero in D counts for nothing:
   /// a direction that is known exactly stays so. row: n.
-  [[nodiscard]] Scalar magnification(const Scalar* sd, const Scalar* own, T* row) const {
+  [[nodiscard]] JML_RARE Scalar magnification(const Scalar* sd, const Scalar* own, T* row) const {
     Scalar most = 1;
     for (int i = 0; i < n; ++i) {
       if (infinite(D[i]) || !(upper(D[i]) > Scalar(0))) continue;
@@ -238,7 +238,7 @@ struct ExtendedUd {
 
  private:
   /// m_k √P_kk of row j of U⁻¹, which is placed below the diagonal of column j, from those behind it. Σ |·|.
-  Scalar scaled_inverse_row(int j) const {
+  JML_RARE Scalar scaled_inverse_row(int j) const {
     u(j, j) = T(infinite(D[j]) ? Scalar(0) : std::sqrt(size_of(D[j])));
     Scalar sum = upper(u(j, j));
     for (int k = j + 1; k < n; ++k) {
@@ -251,7 +251,7 @@ struct ExtendedUd {
   }
 
   /// size ← |F| size + Σ |B| √d_B. spare: n numbers.
-  void spread_sizes(const Scalar* F, int q, const T* B, const T* d_B, Scalar* size, T* spare) const {
+  JML_RARE void spread_sizes(const Scalar* F, int q, const T* B, const T* d_B, Scalar* size, T* spare) const {
     for (int i = 0; i < n; ++i) {
       Scalar sum = F == nullptr ? size[i] : Scalar(0);
       for (int k = 0; F != nullptr && k < n; ++k) {
@@ -267,8 +267,8 @@ struct ExtendedUd {
 
   /// The limit of Bierman's update for an infinite D_free: the row fixes that direction, and P of the rest is
   /// carried along it: (I - k h) P (I - k h)ᵀ + k r kᵀ with k = u_free / f_free.
-  RowUse resolve(int free, const T& r, T* gain, T& alpha, const T* f, T* W, T* d, Scalar* size,
-                 Scalar* bulk) const {
+  JML_RARE RowUse resolve(int free, const T& r, T* gain, T& alpha, const T* f, T* W, T* d, Scalar* size,
+                          Scalar* bulk) const {
     for (int i = 0; i < n; ++i) gain[i] = u(i, free) / f[free];
     for (int j = 0; j < n; ++j) {
       d[j] = j == free ? r : D[j];

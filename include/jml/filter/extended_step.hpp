@@ -62,7 +62,7 @@ class ExtendedStep {
 
   /// P as a dense matrix, column by column, its low part or null; an infinite variance asks for zeros beside
   /// it. False where it is indefinite.
-  [[nodiscard]] bool load(const Scalar* P, const Scalar* low = nullptr) {
+  [[nodiscard]] JML_RARE bool load(const Scalar* P, const Scalar* low = nullptr) {
     for (int i = 0; i < n_ * n_; ++i) ud_.U[i] = low != nullptr ? as_one(P[i], low[i]) : T(P[i]);
     constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
     const bool valid = ud_.factor(low != nullptr ? extended_epsilon<Scalar> : epsilon);
@@ -71,7 +71,7 @@ class ExtendedStep {
     return valid;
   }
   /// P by its factors; the low parts may be null.
-  void load(const Scalar* U, const Scalar* D, const Scalar* U_low, const Scalar* D_low) {
+  JML_RARE void load(const Scalar* U, const Scalar* D, const Scalar* U_low, const Scalar* D_low) {
     for (int i = 0; i < n_ * n_; ++i) ud_.U[i] = as_one(U[i], U_low != nullptr ? U_low[i] : Scalar(0));
     for (int i = 0; i < n_; ++i)
       ud_.D[i] = std::isinf(D[i]) ? T(D[i]) : as_one(D[i], D_low != nullptr ? D_low[i] : Scalar(0));
@@ -84,8 +84,8 @@ class ExtendedStep {
 
   /// P ← F P Fᵀ + G Q Gᵀ and x ← f + F x_low; `affine`: f + F x. F n×n (null: I), G n×q, Q q×q, f n (null: x
   /// stays). False where Q is indefinite.
-  [[nodiscard]] bool move(const Scalar* F, const Scalar* G, const Scalar* Q, const Scalar* f,
-                          bool affine = false) {
+  [[nodiscard]] JML_RARE bool move(const Scalar* F, const Scalar* G, const Scalar* Q, const Scalar* f,
+                                   bool affine = false) {
     for (int i = 0; i < q_ * q_; ++i) Q_[i] = T(Q[i]);
     const ExtendedUd<Scalar> noise{q_, Q_, d_B_};
     if (!noise.factor(std::numeric_limits<Scalar>::epsilon())) return false;
@@ -109,7 +109,7 @@ class ExtendedStep {
   }
 
   /// P_ij of now.
-  [[nodiscard]] T P(int i, int j) const {
+  [[nodiscard]] JML_RARE T P(int i, int j) const {
     T sum(0);
     for (int k = i > j ? i : j; k < n_; ++k) {
       if (ExtendedUd<Scalar>::upper(ud_.D[k]) > Scalar(0)) sum = sum + ud_.u(i, k) * ud_.D[k] * ud_.u(j, k);
@@ -120,8 +120,8 @@ class ExtendedStep {
   /// The rows H (p×n) with noise R (p×p, positive semidefinite) and innovation e at the high part of x;
   /// exact: e is y, and H x is subtracted here. Rows are made independent first, then taken one after the
   /// other. `sizes`: of the terms of each innovation, for what its rounding may be. S: p×p or null.
-  [[nodiscard]] RowsReport correct(const Scalar* H, const Scalar* R, const Scalar* e, bool exact,
-                                   const Scalar* sizes, Scalar* S) {
+  [[nodiscard]] JML_RARE RowsReport correct(const Scalar* H, const Scalar* R, const Scalar* e, bool exact,
+                                            const Scalar* sizes, Scalar* S) {
     RowsReport report;
     for (int i = 0; i < p_ * p_; ++i) R_[i] = T(R[i]);
     const ExtendedUd<Scalar> noise{p_, R_, r_};
@@ -174,7 +174,7 @@ class ExtendedStep {
   [[nodiscard]] Scalar row_variance(int i) const { return ExtendedUd<Scalar>::upper(alpha_[i]); }
 
   /// K (n×p) = P⁺ Hᵀ R⁻¹ of the correction just made, with R = U_R D_R U_Rᵀ.
-  void gain(Scalar* K) {
+  JML_RARE void gain(Scalar* K) {
     for (int i = 0; i < p_; ++i) {
       for (int j = 0; j < n_; ++j) {
         T sum(0);
@@ -204,7 +204,7 @@ class ExtendedStep {
   }
   /// What rounding may have made of x, in deviations and units of that of T, `before` being what it had made
   /// of P: the gain is as wrong as P is, and a row that is far off shows it.
-  [[nodiscard]] Scalar magnification_of_x(Scalar before) const {
+  [[nodiscard]] JML_RARE Scalar magnification_of_x(Scalar before) const {
     Scalar nis = 0;
     for (int i = 0; i < p_; ++i) nis += row_innovation(i) / row_variance(i) * row_innovation(i);
     return magnification() * std::sqrt(Scalar(1) + nis) + before * std::sqrt(nis);
@@ -217,7 +217,7 @@ class ExtendedStep {
   }
 
   /// A variance is too small for the digits of Scalar, or may have been when it was taken for zero.
-  [[nodiscard]] bool underflows() const {
+  [[nodiscard]] JML_RARE bool underflows() const {
     for (int i = 0; i < n_; ++i) {
       const Scalar d = ExtendedUd<Scalar>::upper(ud_.D[i]);
       if (d < least_variance<Scalar> &&
@@ -227,7 +227,7 @@ class ExtendedStep {
     return false;
   }
   /// Some state is a combination of others exactly.
-  [[nodiscard]] bool combines() const {
+  [[nodiscard]] JML_RARE bool combines() const {
     for (int i = 0; i < n_; ++i) {
       if (ExtendedUd<Scalar>::upper(ud_.D[i]) != Scalar(0)) continue;
       for (int k = i + 1; k < n_; ++k) {
@@ -242,7 +242,7 @@ class ExtendedStep {
   [[nodiscard]] const T& x(int i) const { return x_[i]; }
   [[nodiscard]] const T& U(int i, int j) const { return ud_.u(i, j); }
   [[nodiscard]] const T& D(int i) const { return ud_.D[i]; }
-  [[nodiscard]] bool finite() const {
+  [[nodiscard]] JML_RARE bool finite() const {
     Scalar sum = 0;
     for (int i = 0; i < n_; ++i) {
       sum += Scalar(0) * ExtendedUd<Scalar>::upper(x_[i]);
@@ -254,7 +254,7 @@ class ExtendedStep {
 
  private:
   /// S = R + H P Hᵀ.
-  void innovation_matrix(const Scalar* R, Scalar* S) {
+  JML_RARE void innovation_matrix(const Scalar* R, Scalar* S) {
     for (int i = 0; i < p_; ++i) {
       for (int j = 0; j <= i; ++j) {
         T sum(R[i + j * p_]);

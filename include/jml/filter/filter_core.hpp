@@ -165,8 +165,8 @@ class FilterCore {
  private:
   /// Out of the way of attempt(): no address of what that works on is handed over, so it lives in registers.
   template <typename Of, typename S, typename Y>
-  [[nodiscard]] JML_NOINLINE Report<Of> whole_step(const S& sensor, const Y& y, Scalar dt,
-                                                   const Control& over, const Gate& gate) {
+  [[nodiscard]] JML_RARE Report<Of> whole_step(const S& sensor, const Y& y, Scalar dt, const Control& over,
+                                               const Gate& gate) {
     return any_step<Of>(sensor, y, dt, over, gate);
   }
   template <typename Of, typename S, typename Y>
@@ -182,7 +182,9 @@ class FilterCore {
       method.step(belief, sample, report);
     } else {
       Belief next = fresh();
-      if constexpr (requires { method.step(model, belief, sample, next, report); }) {
+      if constexpr (requires { method.again(model, belief, sample, next, report); }) {
+        method.again(model, belief, sample, next, report);
+      } else if constexpr (requires { method.step(model, belief, sample, next, report); }) {
         method.step(model, belief, sample, next, report);
       } else {
         Belief predicted = fresh();

@@ -33,7 +33,8 @@
 ///                           or are cheaper together; sample.at is the step's. Default: predict, correct.
 ///   attempt(model, prior, sample, next, report)   the usual way of step(), which gives up (false) where it
 ///   is
-///                           not enough: step() is then asked, out of its way. For speed alone.
+///                           not enough. For speed alone, with
+///   again(model, prior, sample, next, report)   what step() does then, out of its way.
 ///   accepts<D>(), accepts_sensor<S>()   consteval: static_asserts what a model must be.
 ///   symmetric               true: P is a covariance, symmetric, no negative variance; check_method() asks.
 ///   optimal_on_linear       true: it equals the Kalman filter on a linear system; check_method() then asks.

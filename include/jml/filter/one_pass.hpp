@@ -102,11 +102,10 @@ template <typename Rule, typename Model, typename Belief, typename At, typename 
   if (status != Status::ok) return status;
   const bool held = has_digits<Rule>(next.P, next.P, sizes, Scalar(1), rounding);
   if (held && all_finite(next.x) && all_finite(prior.x)) return Status::ok;
-  const Status why = diagnose_prediction(rule, model, prior, next.x, next.P, at);
-  if constexpr (Rule::symmetric) {
-    if (why == Status::covariance_lost) return in_two();
-  }
-  return why;
+  if constexpr (Rule::symmetric)
+    return in_two();
+  else
+    return diagnose_prediction(rule, model, prior, next.x, next.P, at);
 }
 
 template <typename Rule, typename Belief, typename Sample, typename Report, typename Observer = Unobserved>
@@ -153,6 +152,13 @@ template <typename Rule, typename Model, typename Belief, typename Sample, typen
   return done;
 }
 
+/// What follows where it was not enough.
+template <typename Rule, typename Model, typename Belief, typename Sample, typename Report>
+JML_INLINE inline void one_pass_again(const Rule& rule, const Model& model, const Belief& prior,
+                                      const Sample& sample, Belief& next, Report& report) {
+  commit(next, again<true>(rule, model, prior, sample.at, sample, end_of(sample.at), report));
+}
+
 /// The same, however many digits it takes.
 template <typename Rule, typename Model, typename Belief, typename Sample, typename Report,
           typename Observer = Unobserved>
@@ -161,7 +167,7 @@ void one_pass_step(const Rule& rule, const Model& model, const Belief& prior, co
   const Report fresh = report;
   if (one_pass_attempt(rule, model, prior, sample, next, report, observer)) return;
   report = fresh;
-  commit(next, again<true>(rule, model, prior, sample.at, sample, end_of(sample.at), report));
+  one_pass_again(rule, model, prior, sample, next, report);
 }
 
 }  // namespace detail
@@ -230,6 +236,11 @@ struct OnePass : Rule_ {
   [[nodiscard]] JML_INLINE bool attempt(const Model& model, const Belief& prior, const Sample& sample,
                                         Belief& next, Report& report) const {
     return detail::one_pass_attempt(rule(), model, prior, sample, next, report);
+  }
+  template <typename Model, typename Belief, typename Sample, typename Report>
+  void again(const Model& model, const Belief& prior, const Sample& sample, Belief& next,
+             Report& report) const {
+    detail::one_pass_again(rule(), model, prior, sample, next, report);
   }
 
  private:

@@ -13,9 +13,8 @@ namespace jml::detail {
 
 /// Why a prediction from `prior` to x, N is not one, of inputs that gave x.
 template <typename Rule, typename Model, typename Scalar, int n, typename At>
-JML_NOINLINE Status diagnose_prediction(const Rule& rule, const Model& model,
-                                        const Estimate<Scalar, n>& prior, const Vector<Scalar, n>& x,
-                                        const Matrix<Scalar, n, n>& N, const At& at) {
+JML_RARE Status diagnose_prediction(const Rule& rule, const Model& model, const Estimate<Scalar, n>& prior,
+                                    const Vector<Scalar, n>& x, const Matrix<Scalar, n, n>& N, const At& at) {
   if (!all_finite(prior.x)) return Status::invalid_state;
   if (!all_finite(prior.P)) return Status::invalid_covariance;
   if (!all_finite(x)) return Status::dynamics_not_finite;
@@ -67,9 +66,9 @@ template <typename Rule, typename Sample, typename At, typename Scalar, int n, t
 /// nearer to singular than `worst_error` allows.
 template <bool moves, typename Rule, typename Model, typename Belief, typename At, typename Sample,
           typename AtY, typename Report>
-[[nodiscard]] JML_NOINLINE Belief plain_in_two(const Rule& rule, const Model& model, const Belief& prior,
-                                               const At& at, const Sample& sample, const AtY& at_y,
-                                               Report& report) {
+[[nodiscard]] JML_RARE Belief plain_in_two(const Rule& rule, const Model& model, const Belief& prior,
+                                           const At& at, const Sample& sample, const AtY& at_y,
+                                           Report& report) {
   using Scalar = typename Belief::Scalar;
   constexpr int n = Belief::states, q = disturbances_in<moves, Model>(), p = measurements_in<Sample>();
   ExtendedMemory<Scalar, n, q, p> memory;
@@ -79,6 +78,7 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
   if constexpr (requires { prior.fine; }) fine = prior.fine;
   if constexpr (moves) exact = exact && DynamicsTraits<std::remove_cvref_t<decltype(model.dynamics)>>::linear;
   const auto begin = [&]() -> Status {
+    if (!all_finite(prior.x)) return Status::invalid_state;
     if (!all_finite(prior.P)) return Status::invalid_covariance;
     const Scalar *x_low = nullptr, *P_low = nullptr;
     if (is_extended(prior)) {
@@ -136,40 +136,24 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
   return next;
 }
 
-/// Why the correction of a prediction x̄, N is not one, in the order in which its inputs came; ok where only
-/// digits are missing.
-template <typename Rule, typename Sample, typename Scalar, int n, typename At>
-[[nodiscard]] Status diagnose_correction(const Rule& rule, const Sample& sample, const Vector<Scalar, n>& x,
-                                         const Matrix<Scalar, n, n>& N, const At& at) {
-  constexpr int p = Sample::measurements;
-  const auto& s = sample.sensor;
-  const Matrix<Scalar, p, p> R = noise_covariance(s, x, at);
-  if (!is_noise_covariance(R))
-    return all_finite(x) ? Status::invalid_noise_covariance : Status::invalid_state;
-  if (!all_finite(sample.y)) return Status::invalid_measurement;
-  if (!all_finite(x)) return Status::invalid_state;
-  if (!all_finite(N)) return Status::invalid_covariance;
-  const Vector<Scalar, p> innovation = measurement_residual(s, sample.y, measurement(s, x, at));
-  const Matrix<Scalar, p, n> slot_d = sensor_slot<Rule::D>(rule, s, x, x, at);
-  const Matrix<Scalar, p, n> slot_e = sensor_slot<Rule::E>(rule, s, x, x, at);
-  if (!all_finite(innovation) || !all_finite(slot_d) || !all_finite(slot_e)) return Status::sensor_not_finite;
-  if (!sample.gate.valid()) return Status::invalid_option;
-  return Status::ok;
-}
-
 /// The same step of a nonsymmetric rule in twice the digits, from a prediction x̄, N, or from `prior` over
 /// `at`.
 template <bool moves, typename Rule, typename Model, typename Belief, typename At, typename Sample,
           typename AtY, typename Report>
-[[nodiscard]] JML_NOINLINE Belief general_in_two(const Rule& rule, const Model& model, const Belief& prior,
-                                                 const At& at, const Sample& sample, const AtY& at_y,
-                                                 Report& report) {
+[[nodiscard]] JML_RARE Belief general_in_two(const Rule& rule, const Model& model, const Belief& prior,
+                                             const At& at, const Sample& sample, const AtY& at_y,
+                                             Report& report) {
   using Scalar = typename Belief::Scalar;
   constexpr int n = Belief::states, p = Sample::measurements;
   GeneralMemory<Scalar, n, p> memory;
   GeneralStep<Scalar> two(memory);
   two.load(prior.P.data());
   Vector<Scalar, n> x = prior.x;
+  report.redone = true;
+  const auto answer = [&](Status status) {
+    report.status = status;
+    return prior;
+  };
   if constexpr (moves) {
     const auto& d = model.dynamics;
     x = predicted_state(d, prior.x, at);
@@ -177,29 +161,36 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
     const Matrix<Scalar, n, n> A = dynamics_slot<Rule::A>(rule, d, point, prior.x, at);
     const Matrix<Scalar, n, n> B = dynamics_slot<Rule::B>(rule, d, point, prior.x, at);
     Matrix<Scalar, n, n> C = kernel::zeros<Matrix<Scalar, n, n>>();
-    static_cast<void>(model.noise.with(d, prior.x, at, [&C](const auto& noise) { C = noise; }));
+    if (!model.noise.with(d, prior.x, at, [&C](const auto& noise) { C = noise; }))
+      return answer(Status::invalid_disturbance_covariance);
     two.move(A.data(), B.data(), C.data());
+  }
+  Matrix<Scalar, n, n> N;
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) N(i, j) = two.N(i, j);
+  }
+  if (!all_finite(x) || !all_finite(N)) {
+    if constexpr (moves)
+      return answer(diagnose_prediction(rule, model, prior, x, N, at));
+    else
+      return answer(all_finite(x) ? Status::invalid_covariance : Status::invalid_state);
   }
   const auto& s = sample.sensor;
   const Matrix<Scalar, p, p> R = noise_covariance(s, x, at_y);
   const Matrix<Scalar, p, n> slot_d = sensor_slot<Rule::D>(rule, s, x, x, at_y);
   const Matrix<Scalar, p, n> slot_e = sensor_slot<Rule::E>(rule, s, x, x, at_y);
   report.innovation = measurement_residual(s, sample.y, measurement(s, x, at_y));
-  report.redone = true;
-  const auto answer = [&](Status status) {
-    report.status = status;
-    return prior;
-  };
+  if (!is_noise_covariance(R)) return answer(Status::invalid_noise_covariance);
+  if (!all_finite(sample.y)) return answer(Status::invalid_measurement);
+  if (!all_finite(report.innovation) || !all_finite(slot_d) || !all_finite(slot_e))
+    return answer(Status::sensor_not_finite);
+  if (!sample.gate.valid()) return answer(Status::invalid_option);
   if (!two.correct(slot_d.data(), slot_e.data(), R.data(), x.data(), report.innovation.data()))
     return answer(Status::singular_innovation);
   Belief next = prior;
-  Matrix<Scalar, n, n> N;
   for (int i = 0; i < n; ++i) {
     next.x(i) = two.x(i);
-    for (int j = 0; j < n; ++j) {
-      next.P(i, j) = two.P(i, j);
-      N(i, j) = two.N(i, j);
-    }
+    for (int j = 0; j < n; ++j) next.P(i, j) = two.P(i, j);
     for (int l = 0; l < p; ++l) report.gain(i, l) = two.K(i, l);
   }
   report.innovation_matrix = R + slot_e * N * kernel::transposed(slot_d);  // S = R + E N Dᵀ
@@ -219,28 +210,13 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
 /// were missing, answers the step done in twice as many.
 template <bool moves, typename Rule, typename Model, typename Belief, typename At, typename Sample,
           typename AtY, typename Report>
-[[nodiscard]] JML_NOINLINE Belief again(const Rule& rule, const Model& model, const Belief& prior,
-                                        const At& at, const Sample& sample, const AtY& at_y, Report& report) {
-  using Scalar = typename Belief::Scalar;
-  Vector<Scalar, Belief::states> x = prior.x;
-  Matrix<Scalar, Belief::states, Belief::states> N = prior.P;
-  report.status = Status::ok;
-  NoSizes sizes;
-  if constexpr (moves)
-    report.status = predict_into(rule, model.dynamics, model.noise, prior, at, x, N, sizes);
-  if (report.status == Status::ok) report.status = diagnose_correction(rule, sample, x, N, at_y);
-  if constexpr (moves) {
-    if (report.status == Status::invalid_covariance || report.status == Status::invalid_state)
-      report.status = diagnose_prediction(rule, model, prior, x, N, at);
-  }
-  if constexpr (Rule::symmetric) {
-    if (report.status == Status::ok || report.status == Status::covariance_lost)
-      return plain_in_two<moves>(rule, model, prior, at, sample, at_y, report);
-  } else {
-    if (report.status == Status::ok)
-      return general_in_two<moves>(rule, model, prior, at, sample, at_y, report);
-  }
-  return prior;
+[[nodiscard]] JML_INLINE inline Belief again(const Rule& rule, const Model& model, const Belief& prior,
+                                             const At& at, const Sample& sample, const AtY& at_y,
+                                             Report& report) {
+  if constexpr (Rule::symmetric)
+    return plain_in_two<moves>(rule, model, prior, at, sample, at_y, report);
+  else
+    return general_in_two<moves>(rule, model, prior, at, sample, at_y, report);
 }
 
 }  // namespace jml::detail

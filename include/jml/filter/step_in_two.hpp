@@ -62,8 +62,8 @@ struct RowsFound {
 
 /// P ← A P Aᵀ + G Q Gᵀ and x ← f(x) over `at`, of what `two` has been loaded with; x: its high part.
 template <typename Rule, typename Model, typename Scalar, int n, typename At>
-[[nodiscard]] Status predict_in_two(const Rule& rule, const Model& model, const Vector<Scalar, n>& x,
-                                    const At& at, ExtendedStep<Scalar>& two) {
+[[nodiscard]] JML_RARE Status predict_in_two(const Rule& rule, const Model& model, const Vector<Scalar, n>& x,
+                                             const At& at, ExtendedStep<Scalar>& two) {
   const auto& d = model.dynamics;
   constexpr int q = disturbances_in<true, Model>();
   const Vector<Scalar, n> f = predicted_state(d, x, at);
@@ -89,8 +89,8 @@ template <typename Rule, typename Model, typename Scalar, int n, typename At>
 /// The correction of what `two` holds; of the report status, innovation, S, K and the gate. Where that
 /// rejects, `two` is no longer the prediction.
 template <typename Rule, typename Scalar, int n, int p, typename Sample, typename At>
-void correct_in_two(const Rule& rule, const Sample& sample, const At& at, ExtendedStep<Scalar>& two,
-                    StepReport<Scalar, n, p>& report, RowsFound<Scalar, p>& found) {
+JML_RARE void correct_in_two(const Rule& rule, const Sample& sample, const At& at, ExtendedStep<Scalar>& two,
+                             StepReport<Scalar, n, p>& report, RowsFound<Scalar, p>& found) {
   const auto answer = [&report](Status status) { report.status = status; };
   const auto& s = sample.sensor;
   Vector<Scalar, n> x;
@@ -99,10 +99,11 @@ void correct_in_two(const Rule& rule, const Sample& sample, const At& at, Extend
   const Vector<Scalar, p> predicted = measurement(s, x, at);
   report.innovation = measurement_residual(s, sample.y, predicted);
   const Matrix<Scalar, p, n> H = sensor_slot<Rule::D>(rule, s, x, x, at);
-  if (!all_finite(sample.y)) return answer(Status::invalid_measurement);
   if (!all_finite(x)) return answer(Status::invalid_state);
-  if (!all_finite(report.innovation) || !all_finite(H)) return answer(Status::sensor_not_finite);
   if (!is_covariance(R)) return answer(Status::invalid_noise_covariance);
+  if (!all_finite(sample.y)) return answer(Status::invalid_measurement);
+  if (!all_finite(report.innovation) || !all_finite(H)) return answer(Status::sensor_not_finite);
+  if (!sample.gate.valid()) return answer(Status::invalid_option);
   constexpr bool exact = exact_sensor<std::remove_cvref_t<decltype(s)>, Vector<Scalar, p>>();
   Vector<Scalar, p> sizes, given = report.innovation;
   if constexpr (exact) given = from_origin<n>(s, sample.y, at);

@@ -72,43 +72,51 @@ void add_robust_measurement(const Matrix<Scalar, p, n>& m_x, const kernel::Symme
   v.slope += slope * plain.slope;
 }
 
-/// Whether a step counts rounding: as a bound, with A for the closed loop A + B K; or to first order.
-enum class Counted { not_at_all, loosely, closely };
-
 /// What of ε N reaches the unknowns b is Bᵀ N B against C = I + Bᵀ Λ B; and through the step an error goes as
 /// Λ does, N ← (A + B K)ᵀ N (A + B K), to which the rounding of what is left adds Aᵀ diag(Λ) A. Over all
-/// steps the sum is Σ tr(ε diag(Λ) P) with the covariances P given all data.
+/// steps the sum is Σ tr(ε diag(Λ) P) with the covariances P given all data. Returns what is added to
+/// sums.noise. (By value: what the usual pass works on stays in registers.)
 template <typename Scalar, int n, int q>
-JML_INLINE inline void count_rounding(const Matrix<Scalar, n, n>& A, const Matrix<Scalar, n, q>& B,
-                                      const kernel::SymmetricFactor<Scalar, q>& C,
-                                      const Feedback<Scalar, n, q>& law, CostToGo<Scalar, n>& v,
-                                      PassSums<Scalar>& sums) {
-  kernel::repeat<n>([&](int i) JML_INLINE { v.rounding(i, i) += v.information(i, i); });
-  Matrix<Scalar, n, n> closed, moved, fresh = kernel::zeros<Matrix<Scalar, n, n>>();
-  kernel::assign(closed, A);
+[[nodiscard]] JML_RARE Scalar count_rounding(const Matrix<Scalar, n, n> A, const Matrix<Scalar, n, q> B,
+                                             const Matrix<Scalar, q, n> gain, Scalar damping,
+                                             const Matrix<Scalar, n, n> information,
+                                             Matrix<Scalar, n, n>& rounding) {
+  Scalar noise = 0;
+  for (int i = 0; i < n; ++i) rounding(i, i) += information(i, i);
+  Matrix<Scalar, n, n> closed = A, moved, fresh = kernel::zeros<Matrix<Scalar, n, n>>();
   if constexpr (q > 0) {
-    Matrix<Scalar, n, q> half, scaled, right, reached;
-    C.right_solve(B, half, scaled, right);  // half scaledᵀ = B C⁻¹ Bᵀ
-    kernel::product(v.rounding, half, reached);
-    kernel::repeat<q>([&](int c) JML_INLINE {
-      kernel::repeat<n>([&](int i) JML_INLINE { sums.noise += reached(i, c) * scaled(i, c); });
-    });
-    kernel::add_product<1>(A, B, law.gain, closed);
+    Matrix<Scalar, n, q> U, reached;
+    Matrix<Scalar, q, q> C = kernel::zeros<Matrix<Scalar, q, q>>();
+    kernel::multiply(information, B, U);
+    kernel::multiply(rounding, B, reached);
+    kernel::add_to_diagonal(C, Scalar(1) + damping);
+    kernel::add_symmetric_transposed_product<1>(C, B, U, C);
+    kernel::SymmetricFactor<Scalar, q> factor;
+    if (!factor.factor(C)) return std::numeric_limits<Scalar>::infinity();
+    for (int c = 0; c < q; ++c) {  // tr(C⁻¹ Bᵀ N B)
+      const Vector<Scalar, q> column = kernel::transposed(B) * kernel::column_of(reached, c);
+      noise += factor.solve(column)(c);
+    }
+    kernel::multiply(B, gain, closed);
+    closed += A;
   }
-  kernel::repeat<n>([&](int i) JML_INLINE {
-    kernel::repeat<n>([&](int k) JML_INLINE { fresh(i, i) += A(k, i) * A(k, i) * v.information(k, k); });
-  });
-  kernel::product(v.rounding, closed, moved);
-  kernel::add_symmetric_transposed_product<1>(fresh, closed, moved, v.rounding);
+  for (int i = 0; i < n; ++i) {
+    for (int k = 0; k < n; ++k) fresh(i, i) += A(k, i) * A(k, i) * information(k, k);
+  }
+  kernel::multiply(rounding, closed, moved);
+  kernel::add_symmetric_transposed_product<1>(fresh, closed, moved, rounding);
+  return noise;
 }
 
 /// Through one step of the dynamics. `b`: the nominal b̃. On return `v` belongs to the earlier node.
 /// `counted`: a bound on rounding too, which takes C ≥ I for C, and A for the closed loop: an error of Λ goes
-/// through the step as Λ does. False where C is not positive definite or not finite.
-template <Counted counted = Counted::not_at_all, typename Scalar, int n, int q>
+/// through the step as Λ does; `closely`: to first order instead. False where C is not positive definite or
+/// not finite, and `v` is then as it was where nothing is counted.
+template <bool counted = false, typename Scalar, int n, int q>
 JML_INLINE inline bool pass_dynamics(const Matrix<Scalar, n, n>& A, const Matrix<Scalar, n, q>& B,
                                      const Vector<Scalar, q>& b, Scalar damping, CostToGo<Scalar, n>& v,
-                                     Feedback<Scalar, n, q>& law, PassSums<Scalar>& sums) {
+                                     Feedback<Scalar, n, q>& law, PassSums<Scalar>& sums,
+                                     bool closely = false) {
   Vector<Scalar, n> slope;
   kernel::assign(slope, v.slope);
   Matrix<Scalar, n, n> rest;
@@ -121,6 +129,9 @@ JML_INLINE inline bool pass_dynamics(const Matrix<Scalar, n, n>& A, const Matrix
     kernel::add_symmetric_transposed_product<1>(C, B, U, C);  // C = (1 + μ) I + Bᵀ U
     kernel::SymmetricFactor<Scalar, q> factor;
     regular = factor.factor(C);
+    if constexpr (!counted) {
+      if (!regular) return false;
+    }
     factor.right_solve(U, half, scaled, right);  // U C⁻¹
     Vector<Scalar, q> g;
     kernel::add_transposed_product<1>(b, B, slope, g);  // g = b̃ + Bᵀ λ
@@ -134,13 +145,14 @@ JML_INLINE inline bool pass_dynamics(const Matrix<Scalar, n, n>& A, const Matrix
     kernel::add_product<-1>(slope, U, Cg, slope);                          // λ + U k
     const Matrix<Scalar, q, n> none = kernel::zeros<Matrix<Scalar, q, n>>();
     kernel::add_transposed_product<-1>(none, right, A, law.gain);  // K = -C⁻¹ Uᵀ A
-    if constexpr (counted == Counted::closely) count_rounding(A, B, factor, law, v, sums);
+    if (counted && closely)
+      sums.noise += count_rounding<Scalar, n, q>(A, B, law.gain, damping, v.information, v.rounding);
   } else {
     kernel::assign(rest, v.information);
-    if constexpr (counted == Counted::closely)
-      count_rounding(A, B, kernel::SymmetricFactor<Scalar, q>{}, law, v, sums);
+    if (counted && closely)
+      sums.noise += count_rounding<Scalar, n, q>(A, B, law.gain, damping, v.information, v.rounding);
   }
-  if constexpr (counted == Counted::loosely) {
+  if constexpr (counted) {
     Vector<Scalar, n> size, before = kernel::zeros<Vector<Scalar, n>>();
     kernel::repeat<n>([&](int i) JML_INLINE {
       size(i) = v.noise(i) + std::sqrt(v.information(i, i));

@@ -89,17 +89,18 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
   while (report.iterations < limit) {
     ++report.iterations;
     const bool full =
-        !in_two && newton && !infeasible && sweep.template backward<Curvature::full, false>(damping, sums);
-    bool valid = full || (in_two       ? sweep.backward_in_two(infeasible, damping, sums)
-                          : infeasible ? sweep.template backward<Curvature::none, true>(damping, sums)
-                                       : sweep.template backward<Curvature::none, false>(damping, sums));
-    if (!full && !in_two && !(valid && epsilon * sums.noise <= most_noise<Scalar>) && !exact) {
-      exact =
-          valid && epsilon * curvature_noise(store, options.loss) <= most_noise<Scalar>;  // more than a bound
-      if (!exact) {
-        valid = sweep.backward_in_two(infeasible, damping, sums);
-        in_two = valid;
+        !in_two && newton && !infeasible && sweep.template backward<Curvature::full>(false, damping, sums);
+    bool valid = full || (in_two ? sweep.backward_in_two(infeasible, damping, sums)
+                                 : sweep.backward(infeasible, damping, sums));
+    const bool quiet = valid && epsilon * sums.noise <= most_noise<Scalar>;
+    exact = exact || (quiet && infeasible && !in_two);  // the pass from a guess counts closely
+    if (!full && !in_two && !quiet && !exact) {
+      if (valid && !infeasible) {
+        PassSums<Scalar> closely;
+        exact = sweep.backward(true, Scalar(0), closely) && epsilon * closely.noise <= most_noise<Scalar>;
       }
+      valid = exact ? sweep.backward(false, damping, sums) : sweep.backward_in_two(infeasible, damping, sums);
+      in_two = valid && !exact;
     }
     if (!valid) {
       if (!infeasible) {
@@ -130,7 +131,8 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
       const bool at_rounding = sums.decrease <= floor && sums.decrease > before / Scalar(4);
       if (met || at_rounding) {
         if constexpr (!all_linear<D, typename Store::List>) {
-          if (!full && leave_saddle(sweep, store, options.loss, report.cost)) {
+          const bool minimum = full && damping == Scalar(0);  // as the pass just made has shown
+          if (!minimum && leave_saddle(sweep, store, report.cost)) {
             if (++saddles > 4) return report.status = Status::no_minimum, report;
             limit = std::max(limit, report.iterations + 20);
             before = none;
@@ -150,7 +152,7 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
         continue;
       }
     }
-    const Scalar cost = infeasible ? sweep.template forward<true>(step) : sweep.template forward<false>(step);
+    const Scalar cost = sweep.forward(infeasible, step);
     defined = defined || std::isfinite(cost);
     // J is right to `rounding` by its own sum, and to less where an ε of some y is a share of its deviation:
     // a step that promises no more than that is taken for what the linearised problem says it is.
@@ -198,8 +200,7 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
   if (report.status == Status::not_converged && known && !once) {
     // The gradient of the answer, not of the step before it.
     report.gradient = sweep.gradient();
-    if (in_two ? sweep.backward_in_two(false, Scalar(0), sums)
-               : sweep.template backward<Curvature::none, false>(Scalar(0), sums))
+    if (in_two ? sweep.backward_in_two(false, Scalar(0), sums) : sweep.backward(false, Scalar(0), sums))
       report.step = std::sqrt(Scalar(2) * sums.decrease / unknowns);
   }
   if (report.status == Status::not_converged && options.accept_at_limit && (accepted > 0 || defined) &&

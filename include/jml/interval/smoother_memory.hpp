@@ -118,7 +118,7 @@ class SmootherMemory {
   }
 
   /// In the digits of Scalar; false where they do not suffice. What rounding of Λ changes in any P_s is at
-  /// most the sum of tr(ε diag(Λ) P_s) over the later nodes, see curvature_noise(); and it is multiplied by P
+  /// most the sum of tr(ε diag(Λ) P_s) over the later nodes, see count_rounding(); and it is multiplied by P
   /// here.
   [[nodiscard]] bool smooth_here() {
     // Less than P asks for: x moves by as many deviations as later measurements say, each of them as wrong.

@@ -16,41 +16,13 @@ enum class Start : std::uint8_t {
 
 namespace detail {
 
-/// Sets the nominal states of `store` by an EKF. False where it refuses a step or a measurement.
-template <typename Store, typename Scalar, int n>
-[[nodiscard]] bool start_at_plain_filter(Store& store, const Estimate<Scalar, n>& prior) {
-  using D = typename Store::Dynamics;
-  const NoisyDynamics<Scalar, D> model(store.dynamics());
-  const OnePass<Ekf<>> ekf;
-  typename OnePass<Ekf<>>::template Belief<Scalar, D> estimate{prior}, next;
-  bool valid = true;
-  for (int j = 0; j <= store.last() && valid; ++j) {
-    auto& node = store.node(j);
-    if (j > 0) {
-      valid = ekf.predict(model, estimate, node.at(), next) == Status::ok;
-      commit(estimate, next);
-    }
-    store.visit(j, [&](const auto& record) {
-      using Record = std::remove_cvref_t<decltype(record)>;
-      StepReport<Scalar, n, Record::p> report;
-      const auto at = end_of(node.at());
-      ekf.correct(model, estimate, Sample{record.sensor, record.y, at, Gate{}}, next, report);
-      valid = valid && report.status == Status::ok && !report.redone;
-      if (valid) commit(estimate, next);
-    });
-    node.x[store.now()] = estimate.x;
-  }
-  return valid;
-}
-
-/// Sets the nominal states of `store` by an EKF, where it refuses by one in factors; a step or measurement
-/// that it refuses is left out.
+/// Sets the nominal states of `store` by an EKF in factors; a step or measurement that it refuses is left
+/// out.
 template <typename Store>
 void start_at_filter(Store& store) {
   using D = typename Store::Dynamics;
   using Scalar = typename Store::Number;
   constexpr int n = states_of<D>;
-  if (!store.prior().diffuse && start_at_plain_filter(store, store.estimate())) return;
   const int now = store.now();
   FactoredBelief<Scalar, n> belief;
   commit(belief, store.start());

@@ -8,7 +8,8 @@
 /// memory are linear in the number of steps.
 #pragma once
 
-#include <jml/interval/curvature_noise.hpp>
+#include <jml/interval/linearised.hpp>
+#include <jml/interval/record_terms.hpp>
 #include <jml/model/hessian.hpp>
 
 namespace jml::detail {
@@ -58,8 +59,8 @@ class Sweep {
   /// Backward from the last node: fills every law, and `sums`. `infeasible`: the nominal states are a guess
   /// that no disturbance needs to lead along; b̃ is zero, and sums.cost means nothing. False where a number is
   /// not finite or the quadratic model has no minimum.
-  template <Curvature curvature, bool infeasible>
-  [[nodiscard]] bool backward(Scalar damping, PassSums<Scalar>& total) {
+  template <Curvature curvature = Curvature::none>
+  [[nodiscard]] bool backward(bool infeasible, Scalar damping, PassSums<Scalar>& total) {
     const int now = store_.now();
     const Loss loss = loss_;
     PassSums<Scalar> sums;  // a local one, which stays in registers
@@ -70,9 +71,6 @@ class Sweep {
       v.slope = end->weight * off;
       sums.cost = kernel::dot(off, v.slope) / Scalar(2);
     }
-    constexpr Counted counted = curvature == Curvature::full ? Counted::not_at_all
-                                : infeasible                 ? Counted::closely
-                                                             : Counted::loosely;
     bool valid = true;
     for (int j = store_.last();; --j) {
       auto& node = store_.node(j);
@@ -92,14 +90,21 @@ class Sweep {
       else
         A = dynamics_jacobian(store_.dynamics(), previous, node.at());
       Vector<Scalar, q> b = kernel::zeros<Vector<Scalar, q>>();
-      if constexpr (infeasible) {
+      if (infeasible) {
         const X defect = dynamics(store_.dynamics(), previous, node.at()) + root.mean_effect - x;
         kernel::add_product<1>(v.slope, v.information, defect, v.slope);  // λ + Λ (f + G w̄ - x)
       } else {
         kernel::assign(b, node.b[now]);
       }
-      valid &= pass_dynamics<counted>(A, root.B, b, damping, v, node.law, sums);
-      if constexpr (curvature == Curvature::full) add_symmetric(v.information, bend);
+      if constexpr (curvature == Curvature::full) {
+        if (!pass_dynamics(A, root.B, b, damping, v, node.law, sums)) {
+          stop_ = {j, v.information};
+          return false;
+        }
+        add_symmetric(v.information, bend);
+      } else {
+        valid &= pass_dynamics<true>(A, root.B, b, damping, v, node.law, sums, infeasible);
+      }
     }
     if constexpr (curvature == Curvature::none && NoiseRoot<Scalar, D>::constant)
       note_inputs(store_.root(0).B);
@@ -107,8 +112,15 @@ class Sweep {
     return valid && at_prior(infeasible, damping, v, total);
   }
 
+  /// Where the last backward pass in the digits of Scalar ended, and Λ there: node 0 is the prior.
+  struct Stop {
+    int node = 0;
+    Matrix<Scalar, n, n> information;
+  };
+  [[nodiscard]] const Stop& stop() const { return stop_; }
+
   /// The same in twice the digits, without second derivatives.
-  JML_NOINLINE bool backward_in_two(bool infeasible, Scalar damping, PassSums<Scalar>& total) {
+  JML_RARE bool backward_in_two(bool infeasible, Scalar damping, PassSums<Scalar>& total) {
     const int now = store_.now();
     InformationMemory<Scalar, n, q, most_rows<typename Store::List>> memory;
     InformationInTwo<Scalar> information(memory);
@@ -123,16 +135,15 @@ class Sweep {
         [&](int j, const Feedback<Scalar, n, q>& law) { store_.node(j).law = law; });
     auto& prior = store_.prior();
     const X a = infeasible ? X(kernel::zeros<X>()) : prior.a[now], off = prior.x - store_.node(0).x[now];
-    const bool valid = information.at_prior(prior.L.data(), prior.weight.data(), a.data(), off.data(),
-                                            damping, prior.law.data(), sums);
     total = sums;
-    return valid && std::isfinite(sums.decrease);
+    return information.at_prior(prior.L.data(), prior.weight.data(), a.data(), off.data(), damping,
+                                prior.law.data(), total) &&
+           std::isfinite(total.decrease);
   }
 
   /// Forward along the law into the other trajectory. Returns its J, and |δ|² of the whitened step; NaN where
   /// a number is not finite.
-  template <bool infeasible>
-  [[nodiscard]] Scalar forward(Scalar& step) {
+  [[nodiscard]] Scalar forward(bool infeasible, Scalar& step) {
     const int now = store_.now(), next = store_.next();
     const Loss loss = loss_;
     auto& prior = store_.prior();
@@ -155,7 +166,7 @@ class Sweep {
       kernel::add_scaled(off, x, Scalar(-1), node.x[now]);
       // b̃ + k first: it does not wait for x.
       Vector<Scalar, q> nominal = kernel::zeros<Vector<Scalar, q>>(), start, b;
-      if constexpr (!infeasible) kernel::assign(nominal, following.b[now]);
+      if (!infeasible) kernel::assign(nominal, following.b[now]);
       kernel::add_scaled(start, nominal, Scalar(1), following.law.offset);
       kernel::add_product<1>(start, following.law.gain, off, b);  // b = b̃ + k + K (x - x̃)
       kernel::repeat<q>([&](int i) JML_INLINE { moved += (b(i) - nominal(i)) * (b(i) - nominal(i)); });
@@ -176,7 +187,7 @@ class Sweep {
   }
 
   /// The trajectory without disturbances from x̂_0, into the other one. Returns its J as forward() does.
-  [[nodiscard]] Scalar predict() {
+  [[nodiscard]] JML_RARE Scalar predict() {
     const int now = store_.now();
     auto& prior = store_.prior();
     kernel::set_zero(prior.law);
@@ -188,7 +199,7 @@ class Sweep {
       node.law = {};
     }
     Scalar step;
-    return forward<true>(step);
+    return forward(true, step);
   }
 
   /// |∇J|, 2-norm over the whitened unknowns: the costate without feedback, backward along the nominal.
@@ -206,18 +217,16 @@ class Sweep {
       });
       if (j == 0) break;
       sum += kernel::squared_norm(node.b[now] + kernel::transposed(store_.root(j).B) * v.slope);
-      v.slope =
-          kernel::transposed(dynamics_jacobian(store_.dynamics(), store_.node(j - 1).x[now], node.at())) *
-          v.slope;
+      v.slope = kernel::transposed(step_jacobian(store_, j)) * v.slope;
     }
     auto& prior = store_.prior();
-    const Scalar norm =
-        std::sqrt(sum + kernel::squared_norm(prior.weighted(now) + kernel::transposed(prior.L) * v.slope));
+    sum += kernel::squared_norm(prior.weighted(now) + kernel::transposed(prior.L) * v.slope);
+    const Scalar norm = std::sqrt(sum);
     return std::isfinite(norm) ? norm : std::numeric_limits<Scalar>::infinity();
   }
 
   /// Why the nominal cannot be linearised, in the order of time.
-  [[nodiscard]] Status diagnose() {
+  [[nodiscard]] JML_RARE Status diagnose() {
     const int now = store_.now();
     Status status = Status::ok;
     for (int j = 0; j <= store_.last() && status == Status::ok; ++j) {
@@ -226,15 +235,15 @@ class Sweep {
       if (!all_finite(x)) return Status::dynamics_not_finite;
       store_.visit(j, [&](const auto& record) {
         const auto at = end_of(node.at());
-        if (!all_finite(measurement(record.sensor, x, at)) ||
-            !all_finite(measurement_jacobian(record.sensor, x, at)))
-          status = Status::sensor_not_finite;
+        const bool finite = all_finite(measurement(record.sensor, x, at)) &&
+                            all_finite(measurement_jacobian(record.sensor, x, at));
+        if (!finite) status = Status::sensor_not_finite;
       });
       if (status != Status::ok || j == store_.last()) break;
       const auto at = store_.node(j + 1).at();
-      if (!all_finite(dynamics(store_.dynamics(), x, at)) ||
-          !all_finite(dynamics_jacobian(store_.dynamics(), x, at)))
-        status = Status::dynamics_not_finite;
+      const bool finite = all_finite(dynamics(store_.dynamics(), x, at)) &&
+                          all_finite(dynamics_jacobian(store_.dynamics(), x, at));
+      if (!finite) status = Status::dynamics_not_finite;
     }
     return status == Status::ok ? Status::not_converged : status;
   }
@@ -243,6 +252,7 @@ class Sweep {
   JML_NOINLINE bool at_prior(bool infeasible, Scalar damping, const CostToGo<Scalar, n>& v,
                              PassSums<Scalar>& sums) {
     auto& prior = store_.prior();
+    stop_ = {0, v.information};
     if (prior.diffuse) return false;
     const int now = store_.now();
     const X a = infeasible ? X(kernel::zeros<X>()) : prior.a[now];
@@ -288,6 +298,7 @@ class Sweep {
 
   Store& store_;
   Loss loss_;
+  Stop stop_{};
   X inputs_ = kernel::zeros<X>();
 };
 

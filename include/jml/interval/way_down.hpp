@@ -15,8 +15,9 @@ namespace jml::detail {
 
 /// A unit d with dᵀ (diag(weight) + Fᵀ Λ F) d < 0, beyond rounding.
 template <typename Scalar, int n, int m>
-[[nodiscard]] bool is_negative(const Matrix<Scalar, n, m>& F, const Matrix<Scalar, n, n>& information,
-                               const Vector<Scalar, m>& weight, Vector<Scalar, m>& d) {
+[[nodiscard]] JML_RARE bool is_negative(const Matrix<Scalar, n, m>& F,
+                                        const Matrix<Scalar, n, n>& information,
+                                        const Vector<Scalar, m>& weight, Vector<Scalar, m>& d) {
   Matrix<Scalar, m, m> C = kernel::zeros<Matrix<Scalar, m, m>>();
   Vector<Scalar, m> rounding;
   for (int i = 0; i < m; ++i) {
@@ -34,47 +35,25 @@ template <typename Scalar, int n, int m>
   return all_finite(C) && negative_direction(C, rounding, d);
 }
 
-/// Where the Hessian of J at the nominal is not positive definite: true, and the laws are those of a
-/// direction along which J falls, of unit length where it begins. Second derivatives of f and m included.
-template <typename Store>
-[[nodiscard]] JML_NOINLINE bool way_down(Store& store, const Loss& loss) {
+/// After a backward pass with second derivatives that found no minimum: true where the Hessian of J at the
+/// nominal is indefinite beyond rounding, and the laws are then those of a direction along which J falls, of
+/// unit length where it begins.
+template <typename Sweep, typename Store>
+[[nodiscard]] JML_RARE bool way_down(const Sweep& sweep, Store& store) {
   using Scalar = typename Store::Number;
-  using D = typename Store::Dynamics;
-  constexpr int n = states_of<D>, q = DynamicsTraits<D>::disturbances;
-  using X = Vector<Scalar, n>;
-  const int now = store.now();
-  PassSums<Scalar> unused;
-  CostToGo<Scalar, n> v;
-  if (const Terminal<Scalar, n>* end = store.terminal()) {
-    v.information = end->weight;
-    v.slope = end->weight * (store.node(store.last()).x[now] - end->target);
-  }
-  int j = store.last();
-  bool found = false;
-  for (;; --j) {
-    auto& node = store.node(j);
-    const X x = node.x[now];
-    store.visit(j, [&](const auto& record) {
-      add_record<Curvature::full, true>(record, loss, x, end_of(node.at()), unused, v);
-    });
-    if (j == 0) break;
-    if constexpr (q > 0) {
-      Vector<Scalar, q> d = kernel::zeros<Vector<Scalar, q>>();
-      found = is_negative(store.root(j).B, v.information, kernel::filled<Vector<Scalar, q>>(Scalar(1)), d);
-      node.law = {};
-      kernel::assign(node.law.offset, d);
-    }
-    if (found) break;
-    Matrix<Scalar, n, n> A, bend;
-    dynamics_jacobian_and_hessian(store.dynamics(), X(store.node(j - 1).x[now]), v.slope, node.at(), A, bend);
-    if (!pass_dynamics(A, store.root(j).B, node.b[now], Scalar(0), v, node.law, unused)) return false;
-    kernel::set_zero(node.law.offset);
-    add_symmetric(v.information, bend);
-  }
+  constexpr int q = DynamicsTraits<typename Store::Dynamics>::disturbances;
   auto& prior = store.prior();
   kernel::set_zero(prior.law);
-  if (!found) return is_negative(prior.L, v.information, prior.weight, prior.law);
-  for (--j; j > 0; --j) store.node(j).law = {};
+  const auto& stop = sweep.stop();
+  for (int j = store.last(); j > stop.node; --j) kernel::set_zero(store.node(j).law.offset);
+  if (stop.node == 0) return is_negative(prior.L, stop.information, prior.weight, prior.law);
+  for (int j = stop.node; j > 0; --j) store.node(j).law = {};
+  Vector<Scalar, q> d = kernel::zeros<Vector<Scalar, q>>();
+  if constexpr (q > 0) {
+    const auto unit = kernel::filled<Vector<Scalar, q>>(Scalar(1));
+    if (!is_negative(store.root(stop.node).B, stop.information, unit, d)) return false;
+  }
+  kernel::assign(store.node(stop.node).law.offset, d);
   return true;
 }
 /// The step of way_down() times `factor`.
@@ -91,16 +70,18 @@ void scale_way(Store& store, Scalar factor) {
 /// Where the nominal, stationary, is no minimum of J: to a lower trajectory beside it, on the side on which J
 /// falls more. False where it is one, or J falls by less than it is right to.
 template <typename Sweep, typename Store, typename Scalar>
-[[nodiscard]] JML_NOINLINE bool leave_saddle(Sweep& sweep, Store& store, const Loss& loss, Scalar& cost) {
-  if (!way_down(store, loss)) return false;
+[[nodiscard]] JML_RARE bool leave_saddle(Sweep& sweep, Store& store, Scalar& cost) {
+  PassSums<Scalar> unused;
+  if (sweep.template backward<Curvature::full>(false, Scalar(0), unused) || !way_down(sweep, store))
+    return false;
   const Scalar rounding = Scalar(64) * std::numeric_limits<Scalar>::epsilon() * (std::abs(cost) + Scalar(1));
   for (int halvings = 0; halvings < 20; ++halvings) {
-    Scalar unused, ahead = sweep.template forward<false>(unused);
+    Scalar step, ahead = sweep.forward(false, step);
     scale_way(store, Scalar(-1));
-    const Scalar back = sweep.template forward<false>(unused);
+    const Scalar back = sweep.forward(false, step);
     if (ahead < back || !std::isfinite(back)) {
       scale_way(store, Scalar(-1));
-      ahead = sweep.template forward<false>(unused);
+      ahead = sweep.forward(false, step);
     } else {
       ahead = back;
     }

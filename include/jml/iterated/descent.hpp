@@ -12,12 +12,12 @@ namespace jml::detail {
 
 /// Newton on the two lines from root.z; judges what it reached.
 template <typename Step, typename Scalar>
-JML_NOINLINE Root<Step> polish(const Step& step, Scalar tolerance, int max_newton, Root<Step> root) {
+JML_RARE Root<Step> polish(const Step& step, Scalar tolerance, int max_newton, Root<Step> root) {
   root.status = Status::not_converged;
   const SolverReport newton = damped_newton(step, root.z, tolerance, max_newton);
   root.iterations += newton.iterations;
   root.at = root.z;
-  if (!step.visit(root.z, root.visit)) return root;
+  if (!step.visit_apart(root.z, root.visit)) return root;
   root.residual = step.scaled(root.visit.residual);
   root.status = step.verdict(root.z, root.visit, root.residual, tolerance);
   return root;
@@ -25,9 +25,9 @@ JML_NOINLINE Root<Step> polish(const Step& step, Scalar tolerance, int max_newto
 
 /// The fallback solver: the whitened problem (11) from a = b = 0, then Newton with the true P.
 template <typename Rule, typename Step, typename Scalar>
-JML_NOINLINE Root<Step> use_fallback_solver(const Rule& rule, const Step& step,
-                                            const typename Step::X& prediction, Scalar tolerance,
-                                            Root<Step> root) {
+JML_RARE Root<Step> use_fallback_solver(const Rule& rule, const Step& step,
+                                        const typename Step::X& prediction, Scalar tolerance,
+                                        Root<Step> root) {
   constexpr int n = static_cast<int>(Step::X::RowsAtCompileTime);
   const WhitenedStep<Step, Scalar, n> whitened(step);
   static_assert(LeastSquaresSolver<typename Rule::Fallback, WhitenedStep<Step, Scalar, n>, Scalar>,
@@ -46,8 +46,8 @@ JML_NOINLINE Root<Step> use_fallback_solver(const Rule& rule, const Step& step,
 /// innovation is one deviation, and ten times as much each time. Where a sensor is far better than the prior,
 /// the valley of (11) is narrow and bent, and the way along it long.
 template <typename Rule, typename Step, typename Scalar>
-JML_NOINLINE Root<Step> approach_by_degrees(const Rule& rule, const Step& step, Scalar tolerance,
-                                            Scalar start_cost, Root<Step> root) {
+JML_RARE Root<Step> approach_by_degrees(const Rule& rule, const Step& step, Scalar tolerance,
+                                        Scalar start_cost, Root<Step> root) {
   constexpr int n = static_cast<int>(Step::X::RowsAtCompileTime);
   WhitenedStep<Step, Scalar, n> whitened(step);
   Vector<Scalar, 2 * n> u = kernel::zeros<Vector<Scalar, 2 * n>>();
@@ -71,8 +71,8 @@ JML_NOINLINE Root<Step> approach_by_degrees(const Rule& rule, const Step& step, 
 /// Down from a root that is no minimum of (11), if it is none: by the fallback solver from both sides of it,
 /// along a direction in which (11) falls; the lower of the minima reached. no_minimum: none is.
 template <typename Rule, typename Step, typename Scalar>
-JML_NOINLINE Root<Step> leave_saddle(const Rule& rule, const Step& step, Scalar tolerance, Root<Step> root,
-                                     bool may_descend) {
+JML_RARE Root<Step> leave_saddle(const Rule& rule, const Step& step, Scalar tolerance, Root<Step> root,
+                                 bool may_descend) {
   constexpr int n = static_cast<int>(Step::X::RowsAtCompileTime);
   using U = Vector<Scalar, 2 * n>;
   using Whitened = WhitenedStep<Step, Scalar, n>;
@@ -138,8 +138,8 @@ template <typename Rule, typename Step>
 /// A root of a symmetric P made sure of: a minimum, and where the step bends much and the first attempt took
 /// long, not a higher one than the fallback solver goes down to from the start.
 template <typename Rule, typename Step, typename Scalar>
-JML_NOINLINE Root<Step> seek_minimum(const Rule& rule, const Step& step, const typename Step::X& prediction,
-                                     Scalar tolerance, const Root<Step>& start, Root<Step> root) {
+JML_RARE Root<Step> seek_minimum(const Rule& rule, const Step& step, const typename Step::X& prediction,
+                                 Scalar tolerance, const Root<Step>& start, Root<Step> root) {
   const bool may_descend = rule.options.use_fallback;
   const auto make_sure = [&](const Root<Step>& of) {
     const Bend<Step> bend(step, of.z, of.visit);

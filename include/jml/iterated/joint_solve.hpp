@@ -53,7 +53,8 @@ JML_INLINE inline Root<Step> iterate(const Rule& rule, const Step& step, const t
       kernel::assign(root.z, plain);
     else
       kernel::assign(root.z, anderson.propose(root.z, plain, weights));
-    if (!step.visit(root.z, root.visit)) {  // undefined there: once more from the unaccelerated point
+    const bool defined = picard ? step.visit_apart(root.z, root.visit) : step.visit(root.z, root.visit);
+    if (!defined) {  // once more from the unaccelerated point
       kernel::assign(root.z, plain);
       root = revisit(step, root);
       anderson.restart();
@@ -68,9 +69,8 @@ JML_INLINE inline Root<Step> iterate(const Rule& rule, const Step& step, const t
 
 /// (9) as printed, out of the way of the default.
 template <typename Rule, typename Step, typename Scalar>
-JML_NOINLINE Root<Step> iterate_as_printed(const Rule& rule, const Step& step,
-                                           const typename Step::X& prediction, Scalar tolerance,
-                                           const Root<Step>& start) {
+JML_RARE Root<Step> iterate_as_printed(const Rule& rule, const Step& step, const typename Step::X& prediction,
+                                       Scalar tolerance, const Root<Step>& start) {
   return iterate<true>(rule, step, prediction, tolerance, start);
 }
 

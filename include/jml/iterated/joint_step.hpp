@@ -137,6 +137,9 @@ struct JointStep {
     return all_finite(v.residual);
   }
 
+  /// The same out of the way of the usual iteration.
+  [[nodiscard]] JML_RARE bool visit_apart(const Z& z, Visit& v) const { return visit(z, v); }
+
   /// What rounding alone leaves in the residual at z: ε times the terms it is the difference of. The
   /// innovation's own rounding, that of x_1 seen through m_x included, enters through R⁻¹: large where the
   /// measurement is far better than the prior.
@@ -209,21 +212,21 @@ struct JointStep {
     return out;
   }
 
-  bool residual(const Z& z, Z& r) const {
+  JML_RARE bool residual(const Z& z, Z& r) const {
     Visit v;
-    if (!visit(z, v)) return false;
+    if (!visit_apart(z, v)) return false;
     r = v.residual;
     return true;
   }
 
-  bool jacobian(const Z& z, Matrix<Scalar, 2 * n, 2 * n>& J) const {
+  JML_RARE bool jacobian(const Z& z, Matrix<Scalar, 2 * n, 2 * n>& J) const {
     Visit v;
-    if (!visit(z, v)) return false;
+    if (!visit_apart(z, v)) return false;
     const X x_s = smoothed(z), x_1 = next(z);
     const Matrix<Scalar, n, p> m_xT = kernel::transposed(v.m_x);
     X e;
-    kernel::product(m_xT, v.weighted_innovation, e);  // e = m_xᵀ R⁻¹ (y - m)
-    Matrix<Scalar, p, n> Rm;                          // R⁻¹ m_x
+    kernel::multiply(m_xT, v.weighted_innovation, e);  // e = m_xᵀ R⁻¹ (y - m)
+    Matrix<Scalar, p, n> Rm;                           // R⁻¹ m_x
     for (int j = 0; j < n; ++j) kernel::set_column(Rm, j, R_factor.solve(kernel::column_of(v.m_x, j)));
     Matrix<Scalar, n, n> slope, block, block2;
     // ∂e/∂x_1 = Σ ν_k ∇²m_k - m_xᵀ R⁻¹ m_x
@@ -231,10 +234,10 @@ struct JointStep {
     kernel::product(prior.P, dynamics_hessian(dynamics_model, x_s, e, at), block);  // P Σ e_k ∇²f_k
     kernel::set_block(J, 0, 0, block);
     kernel::product_transposed(prior.P, v.f_x, block);  // P f_xᵀ
-    kernel::product(block, slope, block2);              // P f_xᵀ ∂e/∂x_1
+    kernel::multiply(block, slope, block2);             // P f_xᵀ ∂e/∂x_1
     kernel::set_block(J, 0, n, block2);
     kernel::set_block(J, n, 0, v.f_x);
-    kernel::product(noise, slope, block);  // C ∂e/∂x_1
+    kernel::multiply(noise, slope, block);  // C ∂e/∂x_1
     kernel::set_block(J, n, n, block);
     kernel::add_to_diagonal(J, Scalar(-1));
     return all_finite(J);
@@ -242,7 +245,7 @@ struct JointStep {
 
   /// The one-step criterion (11) at a root: with x_s - x̂ = P f_xᵀ e and w = Q Gᵀ e no inverse is needed,
   /// ½ eᵀ f_x P f_xᵀ e + ½ eᵀ C e + ½ νᵀ R ν.
-  Scalar cost_at_root(const Visit& v) const {
+  JML_NOINLINE Scalar cost_at_root(const Visit& v) const {
     X e, fe, Pfe, Ce;
     kernel::product(kernel::transposed(v.m_x), v.weighted_innovation, e);  // e = m_xᵀ ν
     kernel::product(kernel::transposed(v.f_x), e, fe);                     // f_xᵀ e

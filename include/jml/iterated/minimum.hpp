@@ -29,7 +29,7 @@ struct Bend {
   Square m = kernel::zeros<Square>(), f = m;  // Σ ν_k ∇²m_k, Λ
   bool finite = true;
 
-  Bend(const Step& step, const typename Step::Z& z, const typename Step::Visit& at) {
+  JML_RARE Bend(const Step& step, const typename Step::Z& z, const typename Step::Visit& at) {
     if constexpr (of_m)
       m = measurement_hessian(step.sensor, Step::next(z), at.weighted_innovation, step.at_y);
     if constexpr (of_f) {
@@ -42,7 +42,7 @@ struct Bend {
 
   /// They are too small for anything but a minimum: |Bᵀ m B| + … ≤ Σ |m_ij| √(N_ii N_jj) + Σ |Λ_ij| √(P_ii
   /// P_jj).
-  [[nodiscard]] bool is_slight(const Step& step, const typename Step::Visit& at) const {
+  [[nodiscard]] JML_RARE bool is_slight(const Step& step, const typename Step::Visit& at) const {
     Square fP, N;
     kernel::product(at.f_x, step.prior.P, fP);
     kernel::add_symmetric_product<1>(step.noise, fP, at.f_x, N);  // N = f_x P f_xᵀ + C
@@ -115,8 +115,8 @@ template <typename Step>
 
 /// A direction in (a, b) along which (11) falls from a root; false where that is a minimum, to rounding.
 template <typename Step, typename Whitened, typename Scalar, int n>
-[[nodiscard]] JML_NOINLINE bool leads_down(const Step& step, const Whitened& whitened, const Bend<Step>& bend,
-                                           const typename Step::Visit& at, Vector<Scalar, 2 * n>& down) {
+[[nodiscard]] JML_RARE bool leads_down(const Step& step, const Whitened& whitened, const Bend<Step>& bend,
+                                       const typename Step::Visit& at, Vector<Scalar, 2 * n>& down) {
   using Square = Matrix<Scalar, n, n>;
   constexpr Scalar epsilon = Scalar(64 * n) * std::numeric_limits<Scalar>::epsilon();
   const Square L = whitened.L, B = whitened.B;
@@ -129,10 +129,10 @@ template <typename Step, typename Whitened, typename Scalar, int n>
   const auto curvature = [&](const Square& F, const Square& M, const Square& terms,
                              Vector<Scalar, n>& rounding) {
     Square MF, out = kernel::identity<Square>();
-    kernel::product(M, F, MF);
+    kernel::multiply(M, F, MF);
     kernel::add_symmetric_transposed_product<1>(out, F, MF, out);
     const Square size = sizes(F);
-    kernel::product(terms, size, MF);
+    kernel::multiply(terms, size, MF);
     for (int i = 0; i < n; ++i) {
       rounding(i) = Scalar(1);
       for (int j = 0; j < n; ++j) rounding(i) += size(j, i) * MF(j, i);
@@ -144,7 +144,7 @@ template <typename Step, typename Whitened, typename Scalar, int n>
   Square W, terms;
   Matrix<Scalar, Step::p, n> Rm;
   for (int j = 0; j < n; ++j) kernel::set_column(Rm, j, step.R_factor.solve(kernel::column_of(at.m_x, j)));
-  kernel::product(kernel::transposed(at.m_x), Rm, W);  // m_xᵀ R⁻¹ m_x
+  kernel::multiply(Matrix<Scalar, n, Step::p>(kernel::transposed(at.m_x)), Rm, W);  // m_xᵀ R⁻¹ m_x
   terms = sizes(W) + sizes(bend.m);
   W = kernel::symmetric_part(W) - bend.m;
 
@@ -158,20 +158,20 @@ template <typename Step, typename Whitened, typename Scalar, int n>
   kernel::SymmetricFactor<Scalar, n> factor;
   if (!factor.factor(in_b)) return false;  // singular to rounding
   Square WB, scaled, half, right, rest, Wf, X = kernel::zeros<Square>();
-  kernel::product(W, B, WB);
+  kernel::multiply(W, B, WB);
   factor.right_solve(WB, half, scaled, right);
   kernel::add_symmetric_product<-1>(W, scaled, half, rest);
-  kernel::product(rest, at.f_x, Wf);
+  kernel::multiply(rest, at.f_x, Wf);
   kernel::add_symmetric_transposed_product<1>(X, at.f_x, Wf, X);
-  kernel::product(terms, sizes(at.f_x), Wf);
-  kernel::product(kernel::transposed(sizes(at.f_x)), Wf, terms);
+  kernel::multiply(terms, sizes(at.f_x), Wf);
+  kernel::multiply(sizes(kernel::transposed(at.f_x)), Wf, terms);
   const Square in_a = curvature(L, X - bend.f, terms + sizes(bend.f), rounding);
   if (!negative_direction(in_a, rounding, d)) return false;
   kernel::set_block(down, 0, 0, d);
   Vector<Scalar, n> delta, moved, Wmoved, b;
-  kernel::product(L, d, delta);
-  kernel::product(at.f_x, delta, moved);
-  kernel::product(W, moved, Wmoved);
+  kernel::multiply(L, d, delta);
+  kernel::multiply(at.f_x, delta, moved);
+  kernel::multiply(W, moved, Wmoved);
   kernel::product(kernel::transposed(B), Wmoved, b);
   kernel::set_block(down, n, 0, Vector<Scalar, n>(-factor.solve(b)));  // b = -(I + Bᵀ W B)⁻¹ Bᵀ W f_x L a
   return true;

@@ -53,8 +53,8 @@ struct Root {
 
 /// The models at root.z, on the rare way back.
 template <typename Step>
-JML_NOINLINE Root<Step> revisit(const Step& step, Root<Step> root) {
-  (void)step.visit(root.z, root.visit);
+JML_RARE Root<Step> revisit(const Step& step, Root<Step> root) {
+  (void)step.visit_apart(root.z, root.visit);
   return root;
 }
 

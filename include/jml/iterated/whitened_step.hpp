@@ -23,7 +23,7 @@ struct WhitenedStep {
         L(kernel::SemidefiniteFactor<Scalar, n>(kernel::symmetric_part(s.prior.P)).L),
         B(kernel::SemidefiniteFactor<Scalar, n>(s.noise).L) {}
 
-  typename Step::Z point(const Vector<Scalar, 2 * n>& u) const {
+  JML_RARE typename Step::Z point(const Vector<Scalar, 2 * n>& u) const {
     typename Step::Z z;
     Vector<Scalar, n> x_s, x_1;
     kernel::add_product<1>(step.prior.x, L, kernel::block<n, 1>(u, 0, 0), x_s);  // x_s = x̂ + L a
@@ -34,7 +34,7 @@ struct WhitenedStep {
   }
 
   /// u of a root: a = Lᵀ f_xᵀ e, b = Bᵀ e.
-  Vector<Scalar, 2 * n> coordinates(const typename Step::Visit& at) const {
+  JML_RARE Vector<Scalar, 2 * n> coordinates(const typename Step::Visit& at) const {
     Vector<Scalar, 2 * n> u;
     Vector<Scalar, n> e, fe, part;
     kernel::product(kernel::transposed(at.m_x), at.weighted_innovation, e);  // e = m_xᵀ ν
@@ -46,8 +46,8 @@ struct WhitenedStep {
     return u;
   }
 
-  bool evaluate(const Vector<Scalar, 2 * n>& u, Vector<Scalar, residuals>& r,
-                Matrix<Scalar, residuals, 2 * n>* J) const {
+  JML_RARE bool evaluate(const Vector<Scalar, 2 * n>& u, Vector<Scalar, residuals>& r,
+                         Matrix<Scalar, residuals, 2 * n>* J) const {
     const typename Step::Z z = point(u);
     const Vector<Scalar, n> x_1 = Step::next(z);
     Vector<Scalar, p> innovation =
@@ -60,9 +60,9 @@ struct WhitenedStep {
       const Matrix<Scalar, p, n> m_x = measurement_jacobian(step.sensor, x_1, step.at_y);
       Matrix<Scalar, n, n> fL;
       Matrix<Scalar, p, n> by_a, by_b;
-      kernel::product(f_x, L, fL);     // f_x L
-      kernel::product(m_x, fL, by_a);  // m_x f_x L
-      kernel::product(m_x, B, by_b);   // m_x B
+      kernel::multiply(f_x, L, fL);     // f_x L
+      kernel::multiply(m_x, fL, by_a);  // m_x f_x L
+      kernel::multiply(m_x, B, by_b);   // m_x B
       kernel::set_zero(*J);
       for (int j = 0; j < 2 * n; ++j) (*J)(j, j) = Scalar(1);
       for (int j = 0; j < 2 * n; ++j) {

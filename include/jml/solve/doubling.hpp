@@ -36,20 +36,6 @@ inline Scalar norm_bound(const Matrix<Scalar, rows, cols>& M) {
   return std::sqrt(largest_column_sum(M) * largest(row_sums(M)));
 }
 
-/// out = a b.
-template <typename Scalar, int rows, int inner, int cols>
-JML_NOINLINE void multiply(const Matrix<Scalar, rows, inner>& a, const Matrix<Scalar, inner, cols>& b,
-                           Matrix<Scalar, rows, cols>& out) {
-  product(a, b, out);
-}
-
-/// out += a b.
-template <typename Scalar, int rows, int inner, int cols>
-JML_NOINLINE void accumulate(const Matrix<Scalar, rows, inner>& a, const Matrix<Scalar, inner, cols>& b,
-                             Matrix<Scalar, rows, cols>& out) {
-  add_product<1>(out, a, b, out);
-}
-
 }  // namespace kernel
 
 /// The Z of 0 = A Z + Z B + R - Z S Z that leaves A - Z S and B - S Z stable. Quadratic convergence, faster

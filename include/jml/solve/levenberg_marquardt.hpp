@@ -18,7 +18,7 @@ struct LevenbergMarquardt {
   int max_iterations = 100;
 
   template <typename Problem, typename Scalar, int size>
-  JML_NOINLINE SolverReport minimize(const Problem& problem, Vector<Scalar, size>& u) const {
+  JML_RARE SolverReport minimize(const Problem& problem, Vector<Scalar, size>& u) const {
     constexpr int rows = Problem::residuals;
     SolverReport report;
     Vector<Scalar, rows> r;
@@ -30,8 +30,8 @@ struct LevenbergMarquardt {
       const Matrix<Scalar, size, rows> JT = kernel::transposed(J);
       Vector<Scalar, size> gradient;
       Matrix<Scalar, size, size> normal;
-      kernel::product(JT, r, gradient);  // Jᵀ r
-      kernel::product(JT, J, normal);    // Jᵀ J
+      kernel::multiply(JT, r, gradient);  // Jᵀ r
+      kernel::multiply(JT, J, normal);    // Jᵀ J
       Scalar trace = 0;
       for (int i = 0; i < size; ++i) trace += normal(i, i);
       const Scalar floor =

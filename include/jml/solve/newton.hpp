@@ -21,8 +21,8 @@ struct SolverReport {
 /// `system.scaled(r)` is the largest component of r over its scale, `system.unit()` that scale. Ends at
 /// `tolerance`, at a step that no longer helps, or after `max_iterations`; z is then the best point found.
 template <typename System, typename Scalar, int size>
-JML_NOINLINE SolverReport damped_newton(const System& system, Vector<Scalar, size>& z, Scalar tolerance,
-                                        int max_iterations) {
+JML_RARE SolverReport damped_newton(const System& system, Vector<Scalar, size>& z, Scalar tolerance,
+                                    int max_iterations) {
   SolverReport report;
   Vector<Scalar, size> r;
   if (!system.residual(z, r)) return report;
