@@ -97,10 +97,8 @@ class Sweep {
         kernel::assign(b, node.b[now]);
       }
       if constexpr (curvature == Curvature::full) {
-        if (!pass_dynamics(A, root.B, b, damping, v, node.law, sums)) {
-          stop_ = {j, v.information};
-          return false;
-        }
+        if (!pass_dynamics(A, root.B, b, damping, v, node.law, sums))
+          return stop_ = {j, v.information}, false;
         add_symmetric(v.information, bend);
       } else {
         valid &= pass_dynamics<true>(A, root.B, b, damping, v, node.law, sums, infeasible);
@@ -189,16 +187,15 @@ class Sweep {
   /// The trajectory without disturbances from x̂_0, into the other one. Returns its J as forward() does.
   [[nodiscard]] JML_RARE Scalar predict() {
     const int now = store_.now();
-    auto& prior = store_.prior();
-    kernel::set_zero(prior.law);
-    X x = prior.x;
+    kernel::set_zero(store_.prior().law);
+    X x = store_.prior().x;
     for (int j = 0; j <= store_.last(); ++j) {
       auto& node = store_.node(j);
       if (j > 0) x = dynamics(store_.dynamics(), x, node.at()) + store_.root(j).mean_effect;
       node.x[now] = x;
       node.law = {};
     }
-    Scalar step;
+    Scalar step = 0;
     return forward(true, step);
   }
 
@@ -256,7 +253,7 @@ class Sweep {
     if (prior.diffuse) return false;
     const int now = store_.now();
     const X a = infeasible ? X(kernel::zeros<X>()) : prior.a[now];
-    // A nominal x_0 that is not x̂_0 + L a: a guess, or a prior that has just moved.
+    // x_0 need not be x̂_0 + L a: a guess, or a prior that has just moved.
     const X off = prior.x + prior.L * a - store_.node(0).x[now];
     const X slope = v.slope + v.information * off;
     Matrix<Scalar, n, n> C = kernel::transposed(prior.L) * v.information * prior.L;
@@ -268,9 +265,10 @@ class Sweep {
     prior.law = -factor.solve(g);
     sums.decrease -= kernel::dot(g, prior.law) / Scalar(2);
     sums.cost += kernel::squared_norm(a) / Scalar(2);
+    const bool finite = all_finite(prior.law) && std::isfinite(sums.decrease);
     if (infeasible) {
       sums.noise = prior_noise(prior, v, sums.noise, std::numeric_limits<Scalar>::infinity());
-      return all_finite(prior.law) && std::isfinite(sums.decrease);
+      return finite;
     }
     Matrix<Scalar, n, n> half, scaled, right;
     factor.right_solve(prior.L, half, scaled, right);  // P_0 given all data: L C⁻¹ Lᵀ
@@ -284,16 +282,14 @@ class Sweep {
     sums.noise = Scalar(4) * reached * reached;
     for (int i = 0; i < n && q > 0; ++i)
       sums.noise += Scalar(4 * n) * Scalar(store_.last()) * inputs_(i) * v.peak(i) * v.peak(i);
-    return all_finite(prior.law) && std::isfinite(sums.decrease);
+    return finite;
   }
 
   /// The largest (B Bᵀ)_ii.
   void note_inputs(const Matrix<Scalar, n, q>& B) {
-    for (int i = 0; i < n; ++i) {
-      Scalar sum = 0;
-      for (int c = 0; c < q; ++c) sum += B(i, c) * B(i, c);
-      inputs_(i) = sum > inputs_(i) ? sum : inputs_(i);
-    }
+    X sizes = kernel::zeros<X>();
+    for (int c = 0; c < n * q; ++c) sizes(c % n) += B.data()[c] * B.data()[c];
+    for (int i = 0; i < n; ++i) inputs_(i) = std::max(inputs_(i), sizes(i));
   }
 
   Store& store_;
