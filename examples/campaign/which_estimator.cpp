@@ -255,7 +255,7 @@ int main(int argc, char** argv) {
       {"scenario", "runs", "best estimator", "its RMSE", "EKF / best", "is the EKF enough?"});
   std::string sections, times, rows;
   for (const Study& one : study::studies()) {
-    const jml::CampaignOptions options{.runs = one.runs / demo::share(), .progress = false};
+    const jml::CampaignOptions options{.runs = one.runs, .progress = false};
     const jml::CampaignResult result = one.run(options);
     const Judgement j = judge(one, result, one.each_run(options));
     if (!j.error.empty()) {

@@ -33,8 +33,8 @@ namespace {
 using namespace demo::dissertation;
 using demo::Series, demo::Summary, demo::Table, demo::text;
 
-const int constant_runs = 1'000'000 / demo::share(), bandwidth_runs = 200'000 / demo::share(),
-          transient_runs = 200'000 / demo::share(), steady_runs = 30'000 / demo::share();
+const int constant_runs = 1'000'000, bandwidth_runs = 200'000,
+          transient_runs = 200'000, steady_runs = 30'000;
 constexpr double interval = 0.1;  // s
 constexpr double infinity = std::numeric_limits<double>::infinity();
 

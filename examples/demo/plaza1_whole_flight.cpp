@@ -270,7 +270,7 @@ its answer. Times: median of the rows with ranges; whole interval: all of it, by
 
 int main(int argc, char** argv) {
   const auto directory = demo::output_directory(argc, argv, "<output directory> [<data directory>]");
-  const Plaza as_filed = Plaza(argc > 2 ? argv[2] : PLAZA1_DATA).first_of(demo::share());
+  const Plaza as_filed = Plaza(argc > 2 ? argv[2] : PLAZA1_DATA);
   const Plaza data = as_filed.in_order_of_time();
   demo::Summary summary, timing;
 

@@ -25,7 +25,7 @@ class WhichEstimator : public testing::Test {
 };
 
 TEST_F(WhichEstimator, WritesTheSameBytesTwice) {
-  const std::string demo = demo_results::reduced("which_estimator");
+  const std::string demo = "which_estimator";
   demo_results::expect_same_bytes_twice(demo);
   demo_results::expect_same_bytes_twice(demo, "which_estimator_when.md");
 }

@@ -53,9 +53,4 @@ inline void expect_same_bytes_twice(const std::string& demo, const std::string& 
   EXPECT_EQ(once, contents(output(demo + "_again") / file)) << demo;
 }
 
-/// Of a demo that takes long: two runs of a twentieth of it, and of a night the whole of it.
-inline std::string reduced(const std::string& demo) {
-  return std::getenv("JML_NIGHTLY") == nullptr ? demo + "_reduced" : demo;
-}
-
 }  // namespace demo_results

@@ -41,13 +41,6 @@ inline std::filesystem::path output_directory(int argc, char** argv, const char*
   return argv[1];
 }
 
-/// A share of the work, for tests: JML_DEMO_SHARE=20 in the environment asks for a twentieth of runs or data. 1: all.
-inline int share() {
-  const char* wanted = std::getenv("JML_DEMO_SHARE");
-  const int share = wanted == nullptr ? 1 : std::atoi(wanted);
-  return share < 1 ? 1 : share;
-}
-
 /// Two columns, name and value. Times are kept elsewhere, so that two runs write the same bytes.
 class Summary {
  public:

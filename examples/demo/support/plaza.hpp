@@ -39,14 +39,6 @@ struct Plaza {
     std::sort(out.ranges.begin(), out.ranges.end());
     return out;
   }
-  /// The first of so many equal parts of the flight.
-  [[nodiscard]] Plaza first_of(int parts) const {
-    Plaza out = *this;
-    if (parts == 1) return out;
-    out.odometry.resize(odometry.size() / static_cast<std::size_t>(parts));
-    std::erase_if(out.ranges, [&out](const auto& range) { return range[0] > out.odometry.back()[0]; });
-    return out;
-  }
   /// Where the robot is at the end of a row of odometry.
   [[nodiscard]] jml::Vector<double, 2> position(std::size_t row) const {
     return {truth[row + 1][1], truth[row + 1][2]};

@@ -186,13 +186,12 @@ class Sweep {
 
   /// The trajectory without disturbances from x̂_0, into the other one. Returns its J as forward() does.
   [[nodiscard]] JML_RARE Scalar predict() {
-    const int now = store_.now();
     kernel::set_zero(store_.prior().law);
     X x = store_.prior().x;
     for (int j = 0; j <= store_.last(); ++j) {
       auto& node = store_.node(j);
       if (j > 0) x = dynamics(store_.dynamics(), x, node.at()) + store_.root(j).mean_effect;
-      node.x[now] = x;
+      node.x[store_.now()] = x;
       node.law = {};
     }
     Scalar step = 0;
