@@ -97,7 +97,7 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
   if constexpr (p > 0) {
     RowsFound<Scalar, p> rows;
     report.gate = Verdict::off;
-    correct_in_two(rule, sample, at_y, two, report, rows);
+    correct_in_two<false>(rule, sample, at_y, two, report, rows);
     if (report.status == Status::ok && report.gate == Verdict::rejected) report.status = begin();
     if (report.status != Status::ok) return prior;
     const Fineness found = fineness(rule, sample, at_y, prior.x, two, report);

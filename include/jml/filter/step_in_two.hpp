@@ -87,8 +87,8 @@ template <typename Rule, typename Model, typename Scalar, int n, typename At>
 }
 
 /// The correction of what `two` holds; of the report status, innovation, S, K and the gate. Where that
-/// rejects, `two` is no longer the prediction.
-template <typename Rule, typename Scalar, int n, int p, typename Sample, typename At>
+/// rejects, `two` is no longer the prediction. `perfect`: R may be singular.
+template <bool perfect = true, typename Rule, typename Scalar, int n, int p, typename Sample, typename At>
 JML_RARE void correct_in_two(const Rule& rule, const Sample& sample, const At& at, ExtendedStep<Scalar>& two,
                              StepReport<Scalar, n, p>& report, RowsFound<Scalar, p>& found) {
   const auto answer = [&report](Status status) { report.status = status; };
@@ -100,7 +100,8 @@ JML_RARE void correct_in_two(const Rule& rule, const Sample& sample, const At& a
   report.innovation = measurement_residual(s, sample.y, predicted);
   const Matrix<Scalar, p, n> H = sensor_slot<Rule::D>(rule, s, x, x, at);
   if (!all_finite(x)) return answer(Status::invalid_state);
-  if (!is_covariance(R)) return answer(Status::invalid_noise_covariance);
+  const bool valid = perfect ? is_covariance(R) : is_noise_covariance(R);
+  if (!valid) return answer(Status::invalid_noise_covariance);
   if (!all_finite(sample.y)) return answer(Status::invalid_measurement);
   if (!all_finite(report.innovation) || !all_finite(H)) return answer(Status::sensor_not_finite);
   if (!sample.gate.valid()) return answer(Status::invalid_option);
