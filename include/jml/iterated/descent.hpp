@@ -4,6 +4,7 @@
 /// a saddle, and another way to a strongly bent step's root, which may be lower.
 #pragma once
 
+#include <array>
 #include <jml/iterated/minimum.hpp>
 #include <jml/iterated/root.hpp>
 #include <jml/solve/newton.hpp>
@@ -21,6 +22,21 @@ JML_RARE Root<Step> polish(const Step& step, Scalar tolerance, int max_newton, R
   root.residual = step.scaled(root.visit.residual);
   root.status = step.verdict(root.z, root.visit, root.residual, tolerance);
   return root;
+}
+
+/// By the fallback solver down from u, then Newton with the true P.
+template <typename Rule, typename Step, typename Whitened, typename Scalar, int size>
+JML_RARE Root<Step> descend(const Rule& rule, const Step& step, const Whitened& whitened, Scalar tolerance,
+                            Vector<Scalar, size> u, Root<Step> root) {
+  for (int again = 0; again < 2; ++again) {
+    const SolverReport found = rule.fallback.minimize(whitened, u);
+    root.iterations += found.iterations;
+    if (found.converged) break;
+  }
+  root.solver = Rule::Fallback::solver;
+  root.z = whitened.point(u);
+  root.status = Status::not_converged;
+  return all_finite(root.z) ? polish(step, tolerance, rule.options.max_newton, root) : root;
 }
 
 /// The fallback solver: the whitened problem (11) from a = b = 0, then Newton with the true P.
@@ -130,25 +146,50 @@ template <typename Step>
 }
 
 /// The first attempt took long.
-template <typename Rule, typename Step>
-[[nodiscard]] bool wandered(const Rule&, const Root<Step>& root) {
-  return root.iterations > 7 && root.solver != Rule::Fallback::solver;
+template <typename Step>
+[[nodiscard]] bool wandered(const Root<Step>& root) {
+  return root.iterations > 7;
+}
+
+/// The columns of L along which the models bend most at the start, the most bent first: `count` of them.
+template <typename Step, typename Scalar, int n>
+[[nodiscard]] JML_RARE int most_bent_axes(const WhitenedStep<Step, Scalar, n>& whitened,
+                                          const Bend<Step>& bend, const typename Step::Visit& at, int count,
+                                          std::array<int, n>& axes) {
+  std::array<Scalar, n> sizes{};
+  int found = 0;
+  for (int i = 0; i < n; ++i) {
+    const Vector<Scalar, n> along = kernel::column_of(whitened.L, i), moved = at.f_x * along;
+    if (kernel::squared_norm(along) == Scalar(0)) continue;
+    const Scalar size = std::abs(kernel::dot(moved, Vector<Scalar, n>(bend.m * moved))) +
+                        std::abs(kernel::dot(along, Vector<Scalar, n>(bend.f * along)));
+    int place = found++;
+    for (; place > 0 && sizes[static_cast<std::size_t>(place - 1)] < size; --place) {
+      sizes[static_cast<std::size_t>(place)] = sizes[static_cast<std::size_t>(place - 1)];
+      axes[static_cast<std::size_t>(place)] = axes[static_cast<std::size_t>(place - 1)];
+    }
+    sizes[static_cast<std::size_t>(place)] = size;
+    axes[static_cast<std::size_t>(place)] = i;
+  }
+  return found < count ? found : count;
 }
 
 /// A root of a symmetric P made sure of: a minimum, and where the step bends much and the first attempt took
-/// long, not a higher one than the fallback solver goes down to from the start.
+/// long or failed, the lowest of those that the fallback solver goes down to from the start, by degrees, and
+/// from options.starts points about x̂.
 template <typename Rule, typename Step, typename Scalar>
 JML_RARE Root<Step> seek_minimum(const Rule& rule, const Step& step, const typename Step::X& prediction,
                                  Scalar tolerance, const Root<Step>& start, Root<Step> root) {
-  const bool may_descend = rule.options.use_fallback;
+  constexpr int n = static_cast<int>(Step::X::RowsAtCompileTime);
+  const bool may_descend = rule.options.use_fallback, failed = !usable(root.status);
+  const bool took_long = wandered(root), by_fallback = root.solver == Rule::Fallback::solver;
   const auto make_sure = [&](const Root<Step>& of) {
     const Bend<Step> bend(step, of.z, of.visit);
     return bend.is_slight(step, of.visit) ? of : leave_saddle(rule, step, tolerance, of, may_descend);
   };
-  const bool took_long = wandered(rule, root);
-  root = make_sure(root);
-  if (!may_descend || !took_long || Bend<Step>(step, start.z, start.visit).is_slight(step, start.visit))
-    return root;
+  if (!failed) root = make_sure(root);
+  const Bend<Step> bend(step, start.z, start.visit);
+  if (!may_descend || !(took_long || failed) || bend.is_slight(step, start.visit)) return root;
   const auto compare = [&](Root<Step> other) {
     const int iterations = other.iterations;
     if (usable(other.status)) {
@@ -158,8 +199,17 @@ JML_RARE Root<Step> seek_minimum(const Rule& rule, const Step& step, const typen
     }
     root.iterations = iterations;
   };
-  compare(use_fallback_solver(rule, step, prediction, tolerance, root));
-  compare(approach_by_degrees(rule, step, tolerance, start_cost_of(start), root));
+  if (!by_fallback) compare(use_fallback_solver(rule, step, prediction, tolerance, root));
+  if (!failed) compare(approach_by_degrees(rule, step, tolerance, start_cost_of(start), root));
+  const WhitenedStep<Step, Scalar, n> whitened(step);
+  std::array<int, n> axes{};
+  const int count =
+      most_bent_axes<Step, Scalar, n>(whitened, bend, start.visit, (rule.options.starts + 1) / 2, axes);
+  for (int k = 0; k < 2 * count && k < rule.options.starts; ++k) {
+    Vector<Scalar, 2 * n> u = kernel::zeros<Vector<Scalar, 2 * n>>();
+    u(axes[static_cast<std::size_t>(k / 2)]) = k % 2 == 0 ? Scalar(1.5) : Scalar(-1.5);
+    compare(descend(rule, step, whitened, tolerance, u, root));
+  }
   return root;
 }
 

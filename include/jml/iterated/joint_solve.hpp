@@ -119,9 +119,12 @@ JML_NOINLINE Root<Step> solve_joint_step(const Rule& rule, const Step& step,
     }
   }
   if constexpr (Bend<Step>::of_m || Bend<Step>::of_f) {
-    if (symmetric_prior && usable(root.status) && root.status != Status::accepted_at_limit &&
-        (wandered(rule, root) || !bends_little(step, root.z, root.visit)))
+    const bool found = usable(root.status), searched = options.use_fallback && !options.accept_at_limit;
+    if (symmetric_prior && root.status != Status::accepted_at_limit &&
+        (found ? wandered(root) || !bends_little(step, root.z, root.visit) : searched)) {
       root = seek_minimum(rule, step, prediction, tolerance, start, root);
+      if (!found) judge_cost(root);
+    }
   }
   return root;
 }

@@ -23,6 +23,8 @@ struct IterationOptions {
   bool accept_at_limit = false;  ///< take the last sweep as it is: a fixed number of sweeps, no fallback
   bool use_fallback = true;      ///< call the fallback solver where the first attempt failed
   int max_newton = 30;           ///< Newton steps of the fallback solver's second half
+  int starts = 6;  ///< further starts of a step that bends and took long: 1.5 deviations beside x̂, along the
+                   ///< axes on which it bends most; ≥ 0
 };
 
 namespace detail {
@@ -35,7 +37,8 @@ constexpr Scalar default_tolerance() {
 inline bool valid(const IterationOptions& o) {
   const bool can_answer = o.method == Iteration::none ? o.use_fallback && !o.accept_at_limit
                                                       : !(o.method == Iteration::newton && o.accept_at_limit);
-  return can_answer && o.max_iterations >= 1 && o.max_newton >= 0 && o.tolerance >= 0 && o.tolerance < 1;
+  return can_answer && o.max_iterations >= 1 && o.max_newton >= 0 && o.starts >= 0 && o.tolerance >= 0 &&
+         o.tolerance < 1;
 }
 
 /// A root, or the last sweep taken for one, and the models there.

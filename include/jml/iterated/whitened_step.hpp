@@ -13,6 +13,7 @@ namespace jml::detail {
 /// norm of the two lines instead is a trap: it stalls at points that are no roots.
 template <typename Step, typename Scalar, int n>
 struct WhitenedStep {
+  static constexpr bool whitened = true;
   static constexpr int p = Step::p, parameters = 2 * n, residuals = 2 * n + p;
   const Step& step;
   Matrix<Scalar, n, n> L, B;

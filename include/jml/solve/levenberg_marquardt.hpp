@@ -12,7 +12,10 @@ namespace jml {
 
 /// Minimises ½|r(u)|². `problem.evaluate(u, r, J)` returns false where r is undefined (J may be null);
 /// Problem::parameters and Problem::residuals are its sizes. Damping after Nielsen (1999): the gain ratio
-/// decides.
+/// decides. It is of each parameter by its own column of J, or, where Problem::whitened says that all of them
+/// have one unit, the same of all: a valley across the axes is then gone along in long steps.
+///
+/// A step that leads up, as r bends, is bent after it: with the same J to where r is what J had promised.
 struct LevenbergMarquardt {
   static constexpr Solver solver = Solver::levenberg_marquardt;
   int max_iterations = 100;
@@ -22,9 +25,10 @@ struct LevenbergMarquardt {
     constexpr int rows = Problem::residuals;
     SolverReport report;
     Vector<Scalar, rows> r;
-    Matrix<Scalar, rows, size> J;
+    Matrix<Scalar, rows, size> J, *const no_jacobian = nullptr;
     kernel::SymmetricFactor<Scalar, size> factor;
     if (!problem.evaluate(u, r, &J)) return report;
+    constexpr bool whitened = requires { requires Problem::whitened; };
     Scalar cost = kernel::squared_norm(r), damping = Scalar(1e-4), growth = 2;
     for (; report.iterations < max_iterations; ++report.iterations) {
       const Matrix<Scalar, size, rows> JT = kernel::transposed(J);
@@ -40,14 +44,27 @@ struct LevenbergMarquardt {
         report.converged = true;
         break;
       }
-      const Vector<Scalar, size> diagonal = kernel::diagonal(normal);
+      const Scalar unit = whitened ? trace : Scalar(1);
+      const Vector<Scalar, size> diagonal =
+          whitened ? kernel::filled<Vector<Scalar, size>>(Scalar(1)) : kernel::diagonal(normal);
       for (int i = 0; i < size; ++i) normal(i, i) += damping * diagonal(i);
       if (!factor.factor(normal)) break;
       const Vector<Scalar, size> step = -factor.solve(gradient);
       Vector<Scalar, rows> trial;
-      const Vector<Scalar, size> there = u + step;
-      const bool defined = all_finite(step) &&
-                           problem.evaluate(there, trial, static_cast<Matrix<Scalar, rows, size>*>(nullptr));
+      Vector<Scalar, size> there = u + step;
+      bool defined = all_finite(step) && problem.evaluate(there, trial, no_jacobian);
+      const Vector<Scalar, rows> promised = r + J * step;
+      Scalar length = std::numeric_limits<Scalar>::infinity();
+      for (int bends = 0; bends < 4 && report.iterations >= 3 && defined; ++bends) {
+        if (kernel::squared_norm(trial) < cost) break;
+        Vector<Scalar, size> pull;
+        kernel::multiply(JT, Vector<Scalar, rows>(trial - promised), pull);
+        const Vector<Scalar, size> turn = factor.solve(pull);
+        if (!(kernel::norm(turn) < length / Scalar(2))) break;
+        length = kernel::norm(turn);
+        there = there - turn;
+        defined = problem.evaluate(there, trial, no_jacobian);
+      }
       const Scalar predicted =
           kernel::dot(step, Vector<Scalar, size>(damping * kernel::by_entry(diagonal, step) - gradient));
       const Scalar ratio = defined ? (cost - kernel::squared_norm(trial)) / predicted : Scalar(-1);
@@ -61,7 +78,7 @@ struct LevenbergMarquardt {
       } else {
         damping *= growth;
         growth *= 2;
-        if (!(damping < Scalar(1e12))) {  // no step helps any more: at the rounding of the cost
+        if (!(damping < Scalar(1e12) * unit)) {  // no step helps any more: at the rounding of the cost
           report.converged = true;
           break;
         }
