@@ -39,6 +39,22 @@ Vector<Scalar, p> noise_units(const Matrix<Scalar, p, p>& R) {
   }
 }
 
+/// The most that a pivot of S = L D Lᵀ is less than what it came from, through L all that those before it
+/// did.
+template <typename Scalar, int p>
+[[nodiscard]] JML_NOINLINE Scalar grown_by_pivots(const Matrix<Scalar, p, p> S,
+                                                  const kernel::SymmetricFactor<Scalar, p> factor,
+                                                  Scalar condition) {
+  Vector<Scalar, p> from;
+  for (int i = 0; i < p; ++i) {
+    from(i) = S(i, i);
+    for (int k = 0; k < i; ++k) from(i) += factor.lower(i, k) * factor.lower(i, k) * from(k);
+    const Scalar share = from(i) * factor.inverse_diagonal(i);
+    condition = share > condition ? share : condition;
+  }
+  return condition;
+}
+
 /// K and P⁺ from N: the algebra of one correction, for slots D and E (p×n). `condition`: of S, by its pivots.
 /// Of a symmetric rule the lower triangle of P⁺ alone, which its pivots are asked of before it is mirrored.
 /// False where S is singular (or, in a symmetric rule, not positive definite).
@@ -55,15 +71,11 @@ JML_INLINE inline bool correct_riccati(const Matrix<Scalar, n, n>& N, const Matr
     if (!factor.factor(S)) return false;
     condition = Scalar(1);
     if constexpr (p > 1) {
-      Vector<Scalar, p> from;  // what pivot i came from: S_ii, and through L all that those before it did
       kernel::repeat<p>([&](int i) JML_INLINE {
-        from(i) = S(i, i);
-        kernel::repeat<p>([&](int k) JML_INLINE {
-          if (p > 2 && k < i) from(i) += factor.lower(i, k) * factor.lower(i, k) * from(k);
-        });
-        const Scalar share = from(i) * factor.inverse_diagonal(i);
+        const Scalar share = S(i, i) * factor.inverse_diagonal(i);
         condition = share > condition ? share : condition;
       });
+      if (p > 2 && condition > Scalar(2)) condition = grown_by_pivots(S, factor, condition);
     }
     Matrix<Scalar, n, p> v, scaled;
     factor.right_solve(ND, v, scaled, gain);         // K = N Dᵀ S⁻¹
