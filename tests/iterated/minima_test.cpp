@@ -306,4 +306,56 @@ TEST(Minima, LeastCostOfASquare) {
   EXPECT_EQ(best, runs);
 }
 
+/// Ranges to three beacons, nearly in line: of the two points at which they agree but for a little, one is
+/// right.
+struct NearlyInLine {
+  static constexpr int measurements = 3;
+  template <typename T>
+  jml::Vector<T, 3> measurement(const jml::Vector<T, 2>& x) const {
+    using std::sqrt;
+    const double at[3][2] = {{-10, 0}, {10, 0}, {2, 1}};
+    jml::Vector<T, 3> out;
+    for (int i = 0; i < 3; ++i) {
+      const T a = x(0) - at[i][0], b = x(1) - at[i][1];
+      out(i) = sqrt(a * a + b * b);
+    }
+    return out;
+  }
+  Mat<3, 3> noise_covariance() const { return 0.01 * Mat<3, 3>::Identity(); }
+};
+// A prior on the wrong side of the line: the whole interval from one start stays there.
+TEST(Minima, SeveralStartsOfAnInterval) {
+  const Vec<2> truth(1, -9), x0(0, 6);
+  const auto y = NearlyInLine{}.measurement<double>(truth);
+  jml::Batch batch{Rest<2>{},
+                   jml::sensors<NearlyInLine>,
+                   jml::Estimate<double, 2>{x0, 100 * Mat<2, 2>::Identity()},
+                   {.steps = 2}};
+  ASSERT_EQ(batch.step(NearlyInLine{}, y), Status::ok);
+  ASSERT_EQ(batch.step(NearlyInLine{}, y), Status::ok);
+  double least = std::numeric_limits<double>::infinity();
+  Vec<2> there;
+  for (int i = -300; i <= 300; ++i) {
+    for (int j = -300; j <= 300; ++j) {
+      const Vec<2> x(0.1 * i, 0.1 * j);
+      const double cost =
+          (x - x0).squaredNorm() / 200 + (y - NearlyInLine{}.measurement<double>(x)).squaredNorm() / 0.01;
+      if (cost < least) least = cost, there = x;
+    }
+  }
+  const auto alone = batch.solve();
+  ASSERT_EQ(alone.status, Status::ok);
+  EXPECT_GT(alone.cost, 10 * least);
+  EXPECT_EQ(alone.agreed, 1);
+
+  batch.start = jml::Start::several;
+  const auto best = batch.solve();
+  ASSERT_EQ(best.status, Status::ok);
+  EXPECT_LE(best.cost, least);
+  EXPECT_LT((batch.x(0) - there).norm(), 0.2);
+  EXPECT_GE(best.agreed, 1);
+  EXPECT_LE(best.agreed, 5);  // of six, the first of which stays on the other side
+  EXPECT_GT(best.iterations, alone.iterations);
+}
+
 }  // namespace

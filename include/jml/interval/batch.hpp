@@ -4,6 +4,7 @@
 /// given all measurements of a flight.
 #pragma once
 
+#include <array>
 #include <jml/filter/filter.hpp>
 #include <jml/interval/fineness.hpp>
 #include <jml/interval/minimise.hpp>
@@ -108,9 +109,7 @@ class Batch : public Filter<Recorder<List>, D, Scalar_> {
     report.status = this->status();
     if (report.status == Status::ok && !options.valid()) report.status = Status::invalid_option;
     if (report.status != Status::ok) return report;
-    if (start == Start::filter) detail::start_at_filter(store());
-    if (start == Start::prediction) detail::start_at_prediction(store());
-    report = detail::minimise(store(), options, false, false);
+    report = start == Start::several ? solve_from_several() : solve_from(start);
     for (int j = 0; j <= steps(); ++j) {
       const auto at = end_of(store().node(j).at());
       store().visit(j, [&](const auto& record) {
@@ -156,6 +155,34 @@ class Batch : public Filter<Recorder<List>, D, Scalar_> {
   [[nodiscard]] Store& recording() { return store(); }
 
  private:
+  /// Start::filter and Start::prediction are the first two of Start::several.
+  [[nodiscard]] BatchReport<Scalar> solve_from(Start which) {
+    if (which != Start::given) detail::start_at(store(), which == Start::filter ? 0 : 1);
+    return detail::minimise(store(), options, false, false);
+  }
+  [[nodiscard]] BatchReport<Scalar> solve_from_several() {
+    std::array<BatchReport<Scalar>, 2 + 2 * states> found;
+    const auto solve_at = [&](int which) {
+      detail::start_at(store(), which);
+      return detail::minimise(store(), options, false, false);
+    };
+    int best = 0, iterations = 0;
+    for (int i = 0; i < 2 + 2 * states; ++i) {
+      auto& report = found[static_cast<std::size_t>(i)];
+      const auto& least = found[static_cast<std::size_t>(best)];
+      report = solve_at(i);
+      iterations += report.iterations;
+      if (usable(report.status) && !(usable(least.status) && least.cost <= report.cost)) best = i;
+    }
+    BatchReport<Scalar> report = solve_at(best);
+    report.iterations += iterations;
+    report.agreed = 0;
+    const Scalar slack = Scalar(1e-6) * (Scalar(1) + std::abs(report.cost));
+    for (const auto& other : found)
+      report.agreed += usable(other.status) && other.cost <= report.cost + slack;
+    return report;
+  }
+
   template <typename Use>
   bool covariances(int last, const Use& use) {
     return this->status() == Status::ok && detail::interval_covariances(store(), options.loss, last, use);

@@ -110,7 +110,8 @@ CeresReport minimise_with_ceres(Interval& interval, const CeresOptions& options)
 
 /// Minimises J of `batch` from where batch.start says, and writes the answer into it: batch.x(k), batch.w(k),
 /// batch.P(k). Nothing is thrown or printed. A model that is not finite along the start, where Ceres
-/// cannot begin: dynamics_not_finite. A start with an infinite variance: invalid_covariance.
+/// cannot begin: dynamics_not_finite. A start with an infinite variance: invalid_covariance. Start::several:
+/// invalid_option.
 template <typename D, typename List>
 [[nodiscard]] CeresReport solve_with_ceres(Batch<D, List, double>& batch, const CeresOptions& options = {}) {
   CeresReport report;
@@ -120,8 +121,8 @@ template <typename D, typename List>
   if (report.status != Status::ok) return report;
   auto& store = batch.recording();
   if (store.prior().diffuse) return report.status = Status::invalid_covariance, report;
-  if (batch.start == Start::filter) detail::start_at_filter(store);
-  if (batch.start == Start::prediction) detail::start_at_prediction(store);
+  if (batch.start == Start::several) return report.status = Status::invalid_option, report;
+  if (batch.start != Start::given) detail::start_at(store, batch.start == Start::filter ? 0 : 1);
   try {
     detail::CeresInterval<D, List> interval(store, batch.options.loss, options.loss);
     return detail::minimise_with_ceres(interval, options);

@@ -32,6 +32,7 @@ struct BatchReport {
   /// above the tolerance. not_converged: out of iterations, or no step lowers J. no_minimum: saddles alone.
   Status status = Status::ok;
   int iterations = 0;  ///< backward passes
+  int agreed = 1;      ///< of Start::several: how many starts led to this J, to 1e-6 of it
   int node = -1;       ///< sensor_not_finite: the first node of which a measurement is no number
   Scalar cost = std::numeric_limits<Scalar>::quiet_NaN();
   /// |∇J| over the whitened unknowns (x_0 in units of P_0^½, w in units of Q^½), 2-norm, at the answer.

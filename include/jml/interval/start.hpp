@@ -12,20 +12,25 @@ enum class Start : std::uint8_t {
   filter,      ///< at the states of an EKF that runs over the recorded measurements
   prediction,  ///< at x̂_0 propagated without disturbances
   given,       ///< at the states given with guess(), at every node
+  /// At all of these in turn, for the least J: filter, prediction, and an EKF that begins 1.5 deviations
+  /// beside x̂_0 along each column of a root of P_0, on both sides. 2 + 2n solutions and the best once more.
+  several,
 };
 
 namespace detail {
 
-/// Sets the nominal states of `store` by an EKF in factors; a step or measurement that it refuses is left
-/// out.
+/// Sets the nominal states of `store` by an EKF in factors that begins at x̂_0 + off; a step or measurement
+/// that it refuses is left out.
 template <typename Store>
-void start_at_filter(Store& store) {
+void start_at_filter(Store& store,
+                     const Vector<typename Store::Number, states_of<typename Store::Dynamics>>& off) {
   using D = typename Store::Dynamics;
   using Scalar = typename Store::Number;
   constexpr int n = states_of<D>;
   const int now = store.now();
   FactoredBelief<Scalar, n> belief;
   commit(belief, store.start());
+  belief.x += off;
   for (int j = 0; j <= store.last(); ++j) {
     auto& node = store.node(j);
     if (j > 0) {
@@ -54,6 +59,18 @@ void start_at_prediction(Store& store) {
     if (j > 0) x = predicted_state(store.dynamics(), x, node.at());
     node.x[store.now()] = x;
   }
+}
+
+/// Start number `which` of Start::several: 0 … 2n + 1.
+template <typename Store>
+void start_at(Store& store, int which) {
+  using Scalar = typename Store::Number;
+  constexpr int n = states_of<typename Store::Dynamics>;
+  if (which == 1) return start_at_prediction(store);
+  Vector<Scalar, n> off = kernel::zeros<Vector<Scalar, n>>();
+  if (which > 1)
+    off = kernel::column_of(store.prior().L, which / 2 - 1) * Scalar(which % 2 == 0 ? 1.5 : -1.5);
+  start_at_filter(store, off);
 }
 
 }  // namespace detail
