@@ -156,7 +156,7 @@ template <Extent extent = Extent::all, typename Rule, typename D, typename S, ty
     return digits;
   };
   // Ends here, without a root: a symmetric rule looks for it in twice the digits.
-  const auto too_few = [&report, &digits](Status status) {
+  const auto too_few = [&](Status status) {
     report.status = status;
     if constexpr (Inner::symmetric) digits = Digits::too_few;
   };
