@@ -33,12 +33,12 @@ enum class Status : std::uint8_t {
   singular_innovation,    ///< the innovation matrix S is singular to rounding, or not positive definite in a
                           ///< symmetric rule
   innovation_indefinite,  ///< a gate was asked for, but sym(S) is not positive definite: NIS is not defined
-  covariance_lost,   ///< the new P is not finite; or, of a symmetric rule, no digit of it is left in some
-                     ///< direction, or no matrix of this scalar can hold it
-  contradiction,     ///< a perfect measurement (R = 0) of what is known exactly says something else
-  not_converged,     ///< no root of the implicit step was found within the bounds
-  no_minimum,        ///< the root that was found is a saddle or a maximum of the criterion, and no way down from
-                     ///< it led to a minimum
+  covariance_lost,  ///< the new P is not finite; or, of a symmetric rule, no digit of it is left in some
+                    ///< direction, or no matrix of this scalar can hold it
+  contradiction,    ///< a perfect measurement (R = 0) of what is known exactly says something else
+  not_converged,    ///< no root of the implicit step was found within the bounds
+  no_minimum,  ///< the root that was found is a saddle or a maximum of the criterion, and no way down from
+               ///< it led to a minimum
   not_a_trajectory,  ///< the criterion J is not defined for this sequence of states
   riccati_escape,    ///< P of a nonsymmetric rule grows beyond all bounds in finite time, or faster than this
                      ///< step can follow
@@ -151,6 +151,12 @@ enum class Solver : std::uint8_t {
       return "refused: a state has no bound yet: give a prior box, or measure it with update() first";
   }
   return "unknown status";
+}
+
+/// `std::cout << report.status`, by describe().
+template <typename Stream>
+auto operator<<(Stream& out, Status status) -> decltype(out << describe(status)) {
+  return out << describe(status);
 }
 
 [[nodiscard]] constexpr const char* describe(Solver solver) {

@@ -69,10 +69,14 @@ class Algebraic {
   /// A state that is not finite is refused. The first solution is a cold one.
   template <typename Model, typename Start, typename Scalar, int n>
   [[nodiscard]] Status start(const Model& model, const Start& x, AlgebraicBelief<Scalar, n>& belief) const {
-    static_assert(std::is_constructible_v<Argument<Scalar, n>, const Start&>,
-                  "jml: an algebraic filter starts at a state, a jml::Vector of `states` entries");
     belief = {};
-    belief.x = Argument<Scalar, n>(x);
+    if constexpr (std::is_convertible_v<const Start&, Argument<Scalar, n>>) {
+      const Argument<Scalar, n> state = x;
+      belief.x = state;
+    } else {
+      static_assert(!sizeof(Start*),
+                    "jml: an algebraic filter starts at a state, a jml::Vector of `states` entries");
+    }
     return !all_finite(belief.x)  ? Status::invalid_state
            : options.substeps < 1 ? Status::invalid_option
                                   : model.status();

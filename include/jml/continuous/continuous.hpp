@@ -87,12 +87,11 @@ class Continuous {
 
   template <typename D>
   static consteval bool accepts() {
-    return detail::require_continuous<D>() &&
-           detail::require_linear_if_kalman<Rule, DynamicsTraits<D>::linear>();
+    return detail::require_continuous<D>() && detail::require_linear_if_kalman<Rule, DynamicsTraits<D>>();
   }
   template <typename S>
   static consteval bool accepts_sensor() {
-    return detail::require_sensor<S>() && detail::require_linear_if_kalman<Rule, SensorTraits<S>::linear>();
+    return detail::require_sensor<S>() && detail::require_linear_if_kalman<Rule, SensorTraits<S>>();
   }
 
   /// As of the rule in discrete time.

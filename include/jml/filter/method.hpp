@@ -143,6 +143,13 @@ consteval bool begins_as_prior() {
     return false;
 }
 
+template <typename M>
+consteval bool require_method() {
+  static_assert(count_of_states<M>() == 0,
+                "jml: a model in place of the method: write jml::Filter{jml::Ekf{}, dynamics, start}");
+  return true;
+}
+
 template <typename M, typename D>
 consteval bool require_accepted() {
   if constexpr (requires { M::template accepts<D>(); }) return M::template accepts<D>();

@@ -38,6 +38,8 @@ template <typename Rule, typename S, typename Scalar, int n, int p, typename Siz
                                                  const Vector<Scalar, p>& y, const At& at, const Gate& gate,
                                                  StepReport<Scalar, n, p>& report, Vector<Scalar, n>& x,
                                                  Matrix<Scalar, n, n>& P, const Observer& observer = {}) {
+  derive_first<hooks::Measurement, hooks::MeasurementJacobian, hooks::MeasurementSdc,
+               hooks::MeasurementSdcAbout>(s, prediction, at);
   const Matrix<Scalar, p, p> R = noise_covariance(s, prediction, at);
   if (!is_noise_covariance(R)) return false;
   // Locals, stored into the report when done: a value just stored in pieces is slow to load back as a whole.
@@ -192,12 +194,11 @@ struct OnePass : Rule_ {
 
   template <typename D>
   static consteval bool accepts() {
-    return detail::require_discrete<D>() &&
-           detail::require_linear_if_kalman<Rule, DynamicsTraits<D>::linear>();
+    return detail::require_discrete<D>() && detail::require_linear_if_kalman<Rule, DynamicsTraits<D>>();
   }
   template <typename S>
   static consteval bool accepts_sensor() {
-    return detail::require_sensor<S>() && detail::require_linear_if_kalman<Rule, SensorTraits<S>::linear>();
+    return detail::require_sensor<S>() && detail::require_linear_if_kalman<Rule, SensorTraits<S>>();
   }
 
   /// P: symmetric positive semidefinite; of a nonsymmetric rule, whose later P are no covariances, its

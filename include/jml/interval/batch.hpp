@@ -26,6 +26,9 @@ struct Recorder {
 
   template <typename D>
   static consteval bool accepts() {
+    static_assert(detail::is_list_of_sensors<List>,
+                  "jml: a batch makes room for measurements: name the types of the sensors, Batch{dynamics, "
+                  "jml::sensors<…>, estimate, {.steps = 1000}}");
     return detail::require_discrete<D>();
   }
   template <typename S>
@@ -93,6 +96,11 @@ class Batch : public Filter<Recorder<List>, D, Scalar_> {
   /// `prior`: x̂_0 and P_0, symmetric positive semidefinite. `time`: s, of x_0. A bad one does not throw:
   /// status() names it, and every verb and solve() answer it.
   Batch(D dynamics, List, const Estimate<Scalar, states>& prior, Capacity capacity, double time = 0)
+      : Base(Recorder<List>{capacity}, std::move(dynamics), prior, time) {}
+  /// Of another size: refused in words.
+  template <int n>
+    requires(n != states)
+  Batch(D dynamics, List, const Estimate<Scalar, n>& prior, Capacity capacity, double time = 0)
       : Base(Recorder<List>{capacity}, std::move(dynamics), prior, time) {}
 
   /// Where to begin at the present node, for Start::given.

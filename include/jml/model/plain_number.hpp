@@ -29,4 +29,13 @@ consteval bool refuse_plain_function_of_interval() {
   return true;
 }
 
+/// max and min of a number and a dual number or an interval: the same line has to serve two doubles.
+template <typename N>
+consteval bool require_number_for_max() {
+  static_assert(!std::is_integral_v<N>,
+                "jml: max(x, 0) and min(x, 0): std::max takes two numbers of one type, and T may be double: "
+                "write max(x, T(0))");
+  return true;
+}
+
 }  // namespace jml::detail

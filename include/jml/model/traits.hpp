@@ -26,10 +26,12 @@ struct DiscreteTime {};
 
 namespace detail {
 
-// 0 where a struct does not have it: the concepts then say what it is not, in words.
+// 0 where a struct does not have it, or not as a constant: the concepts then say what it is not, in words.
 template <typename Model>
 constexpr int count_of_states() {
-  if constexpr (requires { Model::states; })
+  if constexpr (requires { requires std::is_member_pointer_v<decltype(&Model::states)>; })
+    return 0;
+  else if constexpr (requires { std::integral_constant<int, Model::states>(); })
     return Model::states;
   else
     return 0;
@@ -37,7 +39,9 @@ constexpr int count_of_states() {
 
 template <typename Model>
 constexpr int count_of_measurements() {
-  if constexpr (requires { Model::measurements; })
+  if constexpr (requires { requires std::is_member_pointer_v<decltype(&Model::measurements)>; })
+    return 0;
+  else if constexpr (requires { std::integral_constant<int, Model::measurements>(); })
     return Model::measurements;
   else
     return 0;
@@ -45,7 +49,9 @@ constexpr int count_of_measurements() {
 
 template <typename Model>
 constexpr int controls_of() {
-  if constexpr (requires { Model::controls; })
+  if constexpr (requires { requires std::is_member_pointer_v<decltype(&Model::controls)>; })
+    return 0;
+  else if constexpr (requires { std::integral_constant<int, Model::controls>(); })
     return Model::controls;
   else
     return 0;
