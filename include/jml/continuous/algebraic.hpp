@@ -49,6 +49,8 @@ class Algebraic {
                 "jml: an iterated rule has no meaning in continuous time: take Sddre, Rnls or Ekf");
 
  public:
+  template <typename Scalar, int n>
+  using RunsOn = Dual<Scalar, n>;
   template <typename Scalar, typename D>
   using Belief = AlgebraicBelief<Scalar, states_of<D>>;
   template <typename Scalar, typename D>

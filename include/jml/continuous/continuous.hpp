@@ -63,6 +63,8 @@ class Continuous {
 
  public:
   static constexpr bool optimal_on_linear = true, symmetric = Rule::symmetric;
+  template <typename Scalar, int n>
+  using RunsOn = Dual<Scalar, n>;
   template <typename Scalar, typename D>
   using Belief = Estimate<Scalar, states_of<D>>;
   /// The dynamics, and what the integrator keeps for one filter.

@@ -115,6 +115,8 @@ class Filter {
   [[nodiscard]] Report<S> step(const S& sensor, const Measurement<S>& y, const Step& dt = {},
                                const Control& control = kernel::zeros<Control>()) {
     static_assert(detail::require_accepted_sensor<Method, S>());
+    static_assert(detail::look_at_dynamics<Method, Scalar, D>());
+    static_assert(detail::look_at_sensor<Method, Scalar, D, S>());
     static_assert(!std::is_same_v<Step, NoTime> ||
                       (!reads_context<Scalar, D>() && !sensor_reads_context<S, State, At>()),
                   "jml: this model reads time, dt or control: pass dt, step(sensor, y, dt)");
@@ -130,6 +132,7 @@ class Filter {
   [[nodiscard]] Report<S> step(const S& sensor, const Y& y, const Step& dt,
                                const Control& control = kernel::zeros<Control>()) {
     static_assert(detail::require_accepted_sensor<Method, S>());
+    static_assert(detail::look_at_sensor<Method, Scalar, D, S>());
     static_assert(
         ContinuousDynamics<D>,
         "jml: a jml::Line or a function of time is what a continuous filter measures; to a discrete "
@@ -143,6 +146,7 @@ class Filter {
   /// A step without a measurement.
   template <typename Step = NoTime>
   [[nodiscard]] Status predict(const Step& dt = {}, const Control& control = kernel::zeros<Control>()) {
+    static_assert(detail::look_at_dynamics<Method, Scalar, D>());
     static_assert(!std::is_same_v<Step, NoTime> || !reads_context<Scalar, D>(),
                   "jml: this model reads time, dt or control: pass dt, predict(dt)");
     return core_.predict(core_.length(dt), control);
@@ -157,6 +161,7 @@ class Filter {
   template <typename S, typename... Which>
   [[nodiscard]] Report<S> update(const S& sensor, const Measurement<S>& y, const Which&... which) {
     static_assert(detail::require_accepted_sensor<Method, S>());
+    static_assert(detail::look_at_sensor<Method, Scalar, D, S>());
     if constexpr (!Sensor<S>) {
       return {};
     } else if constexpr ((std::is_same_v<Which, Rows> || ...)) {

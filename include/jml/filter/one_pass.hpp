@@ -38,8 +38,6 @@ template <typename Rule, typename S, typename Scalar, int n, int p, typename Siz
                                                  const Vector<Scalar, p>& y, const At& at, const Gate& gate,
                                                  StepReport<Scalar, n, p>& report, Vector<Scalar, n>& x,
                                                  Matrix<Scalar, n, n>& P, const Observer& observer = {}) {
-  derive_first<hooks::Measurement, hooks::MeasurementJacobian, hooks::MeasurementSdc,
-               hooks::MeasurementSdcAbout>(s, prediction, at);
   const Matrix<Scalar, p, p> R = noise_covariance(s, prediction, at);
   if (!is_noise_covariance(R)) return false;
   // Locals, stored into the report when done: a value just stored in pieces is slow to load back as a whole.
@@ -185,6 +183,8 @@ template <OnePassRule Rule_>
 struct OnePass : Rule_ {
   using Rule = Rule_;
   static constexpr bool optimal_on_linear = true;
+  template <typename Scalar, int n>
+  using RunsOn = Dual<Scalar, n>;
   template <typename Scalar, typename D>
   using Belief = std::conditional_t<Rule::symmetric, WatchedEstimate<Scalar, states_of<D>>,
                                     Estimate<Scalar, states_of<D>>>;

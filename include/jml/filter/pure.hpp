@@ -34,6 +34,7 @@ template <typename M, typename D, typename Scalar, int n>
                                                const ContextOf<D, Scalar>& at = no_context<Scalar, D>()) {
   using Method = typename MethodOf<M>::type;
   static_assert(detail::require_accepted<Method, D>());
+  static_assert(detail::look_at_dynamics<Method, Scalar, D>());
   static_assert(states_of<D> == n, "jml: the estimate has not as many states as the dynamics");
   const ModelOf<M, D, Scalar> model(d);
   PredictResult<Scalar, n> out;
@@ -69,6 +70,8 @@ template <typename M, typename D, typename S, typename Scalar, int n>
                                                  const Gate& gate = {}) {
   using Method = typename MethodOf<M>::type;
   static_assert(detail::require_accepted<Method, D>() && detail::require_accepted_sensor<Method, S>());
+  static_assert(detail::look_at_dynamics<Method, Scalar, D>() &&
+                detail::look_at_sensor<Method, Scalar, D, S>());
   static_assert(states_of<D> == n, "jml: the estimate has not as many states as the dynamics");
   const ModelOf<M, D, Scalar> model(d);
   StepResultOf<M, Scalar, n, S> out;

@@ -16,6 +16,8 @@ namespace jml {
 template <typename List>
 struct Recorder {
   static constexpr bool rolls_back = true;
+  template <typename Scalar, int n>
+  using RunsOn = Dual<Scalar, n>;
   template <typename Scalar, typename D>
   using Belief = detail::Recording<D, List, Scalar>;
   /// No innovation, no gate: status alone.

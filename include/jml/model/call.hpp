@@ -3,7 +3,6 @@
 /// How a model function is found and called, whichever arguments it takes, and what it must not return.
 #pragma once
 
-#include <jml/model/dual.hpp>
 #include <jml/model/hooks.hpp>
 #include <type_traits>
 
@@ -134,18 +133,11 @@ constexpr auto ask(const Model& model, const X& x, const At& at) {
     return Hook::of(model);
 }
 
-/// Nothing at run time. Where a Jacobian of the function is going to be derived, the function on dual numbers
-/// is compiled before that on plain ones: for what is wrong with both, jml has words there.
-template <typename Hook, typename Jacobian, typename Sdc, typename SdcAbout, typename Model, typename T,
-          int n, typename At>
-JML_INLINE inline void derive_first(const Model& model, const Vector<T, n>& x, const At& at) {
-  using X = Vector<Dual<T, n>, n>;
-  constexpr bool given = HasHook<Jacobian, Model, Vector<T, n>, At> ||
-                         HasHook<Sdc, Model, Vector<T, n>, At> || requires { SdcAbout::of(model, x, x); } ||
-                         requires { SdcAbout::of(model, x, x, at); };
-  if constexpr (!given && Generic<HookOf<Hook, Model>, X, At>) {
-    if (false) static_cast<void>(ask<Hook>(model, X(), at));
-  }
+/// Its type is all that is asked for: to know it, a compiler looks into the function of the model.
+template <typename Hook, typename Model, typename X, typename At>
+auto look_into(const Model& model, const X& x, const At& at) {
+  static_cast<void>(ask<Hook>(model, x, at));
+  return true;
 }
 
 /// Its value, rows×cols, in the scalar of x.

@@ -121,8 +121,6 @@ JML_INLINE inline Status predict_into(const Rule& rule, const D& d,
                                       const ProcessNoise<Scalar, D>& process_noise,
                                       const Estimate<Scalar, n>& prior, const At& at, Vector<Scalar, n>& x,
                                       Matrix<Scalar, n, n>& N, Sizes& sizes, const Observer& observer = {}) {
-  derive_first<hooks::Dynamics, hooks::DynamicsJacobian, hooks::DynamicsSdc, hooks::DynamicsSdcAbout>(
-      d, prior.x, at);
   kernel::assign(x, predicted_state(d, prior.x, at));
   const Vector<Scalar, n>& point = Rule::evaluated_at == EvaluatedAt::estimate ? prior.x : x;
   const Matrix<Scalar, n, n> A = dynamics_slot<Rule::A>(rule, d, point, prior.x, at);
