@@ -47,6 +47,7 @@ consteval bool require_fitting() {
 template <typename Scalar, int rows, int cols = 1>
 class Argument : public Matrix<Scalar, rows, cols> {
   using Value = Matrix<Scalar, rows, cols>;
+  static constexpr int entries = rows * cols;
 
  public:
   using Value::Value;
@@ -65,23 +66,22 @@ class Argument : public Matrix<Scalar, rows, cols> {
   template <typename Number>
     requires std::is_arithmetic_v<Number>
   JML_INLINE Argument(Number number) : Value(kernel::filled<Value>(static_cast<Scalar>(number))) {  // NOLINT
-    static_assert(rows * cols != 0,
-                  "jml: a control for a model that says no `static constexpr int controls`");
-    static_assert(rows * cols <= 1, "jml: a single number for a vector or matrix of several entries");
+    static_assert(entries != 0, "jml: a control for a model that says no `static constexpr int controls`");
+    static_assert(entries <= 1, "jml: a single number for a vector or matrix of several entries");
   }
   // Braces with another count of numbers.
   Argument(const Scalar&, const Scalar&)
-    requires(rows* cols != 2)
+    requires(entries != 2)
   {
     refuse_count<2>();
   }
   Argument(const Scalar&, const Scalar&, const Scalar&)
-    requires(rows* cols != 3)
+    requires(entries != 3)
   {
     refuse_count<3>();
   }
   Argument(const Scalar&, const Scalar&, const Scalar&, const Scalar&)
-    requires(rows* cols != 4)
+    requires(entries != 4)
   {
     refuse_count<4>();
   }
@@ -89,7 +89,7 @@ class Argument : public Matrix<Scalar, rows, cols> {
   using Value::operator();
   /// An entry of nothing: the control of a model that has none.
   template <std::integral Index>
-    requires(rows* cols == 0)
+    requires(entries == 0)
   const Scalar& operator()(Index) const {
     static_assert(
         !sizeof(Index*),
@@ -100,8 +100,7 @@ class Argument : public Matrix<Scalar, rows, cols> {
  private:
   template <int numbers>
   static consteval void refuse_count() {
-    static_assert(rows * cols == numbers,
-                  "jml: braces with more or fewer numbers than the vector has entries");
+    static_assert(entries == numbers, "jml: braces with more or fewer numbers than the vector has entries");
   }
 
   template <typename Other>

@@ -24,11 +24,13 @@ JML_INLINE inline void commit(Belief& belief, const Belief& next) {
     belief = next;
 }
 
-/// What a filter starts at is of the kind that its method starts at.
-template <typename Given, typename Wanted>
+/// What a filter starts at is of the kind that its method starts at; a method of one's own may know better.
+template <typename Method, typename Given, typename Wanted>
 consteval bool require_start() {
   constexpr bool box = requires(const Given& given) { given.lower; };
-  if constexpr (requires(const Wanted& wanted) { wanted.P; }) {
+  if constexpr (!requires { typename Method::template RunsOn<double, 1>; }) {
+    return true;
+  } else if constexpr (requires(const Wanted& wanted) { wanted.P; }) {
     constexpr bool good = !box && !std::is_arithmetic_v<Given> && !requires { Given::RowsAtCompileTime; };
     static_assert(good, "jml: this filter starts at an estimate: give it jml::Estimate{x, P}");
     return good;
@@ -40,11 +42,11 @@ consteval bool require_start() {
   }
 }
 
-template <typename Step>
+template <typename Scalar, typename Step>
 consteval bool require_time() {
-  static_assert(std::is_arithmetic_v<Step>,
-                "jml: dt is a number of seconds, or jml::at_time(t); the control comes after it");
-  return std::is_arithmetic_v<Step>;
+  constexpr bool number = std::is_constructible_v<Scalar, const Step&>;
+  static_assert(number, "jml: dt is a number of seconds, or jml::at_time(t); the control comes after it");
+  return number;
 }
 
 /// Method, model, belief, clock, control, status.
@@ -84,7 +86,7 @@ class FilterCore {
   void start(const Start& start, double time) {
     clock = Clock(time);
     kernel::set_zero(control);
-    if constexpr (!require_start<Start, typename StartOf<Method, Scalar, D>::type>())
+    if constexpr (!require_start<Method, Start, typename StartOf<Method, Scalar, D>::type>())
       status = Status::invalid_state;
     else if constexpr (rolls_back)
       status = method.start(belief, start, time);
@@ -100,7 +102,7 @@ class FilterCore {
       return Scalar(0);
     else if constexpr (std::is_same_v<Step, AtTime>)
       return static_cast<Scalar>(clock.until(dt.time));
-    else if constexpr (require_time<Step>())
+    else if constexpr (require_time<Scalar, Step>())
       return static_cast<Scalar>(dt);
     else
       return Scalar(0);

@@ -147,8 +147,11 @@ consteval bool begins_as_prior() {
 
 template <typename M>
 consteval bool require_method() {
-  static_assert(count_of_states<M>() == 0,
-                "jml: a model in place of the method: write jml::Filter{jml::Ekf{}, dynamics, start}");
+  if constexpr (count_of_states<M>() > 0) {
+    using X = Vector<double, count_of_states<M>()>;
+    static_assert(!HasHook<hooks::Dynamics, M, X, StepContext<double, controls_of<M>()>>,
+                  "jml: a model in place of the method: write jml::Filter{jml::Ekf{}, dynamics, start}");
+  }
   return true;
 }
 

@@ -84,20 +84,27 @@ consteval bool require_shape() {
     return true;
 }
 
-/// False for a member function, no template, whose first argument is a vector of another size than n: Eigen
-/// would take x for it, and fail to convert it.
+/// A member function, no template, whose first argument is a vector of another size than n: Eigen would take
+/// x for it, and fail to convert it.
 template <typename Member, int n>
-inline constexpr bool takes_state = true;
+inline constexpr bool takes_other_state = false;
 template <typename R, typename Model, typename X, typename... A, int n>
   requires requires { std::remove_cvref_t<X>::RowsAtCompileTime; }
-inline constexpr bool takes_state<R (Model::*)(X, A...) const, n> =
-    int(std::remove_cvref_t<X>::RowsAtCompileTime) == n ||
-    int(std::remove_cvref_t<X>::RowsAtCompileTime) == Eigen::Dynamic;
+inline constexpr bool takes_other_state<R (Model::*)(X, A...) const, n> =
+    int(std::remove_cvref_t<X>::RowsAtCompileTime) != n &&
+    int(std::remove_cvref_t<X>::RowsAtCompileTime) != Eigen::Dynamic;
 
-/// The type of a member that is no function, though a function is meant.
+/// The type &Model::member of numbers, where a function is meant.
+template <typename T>
+concept Numbers = std::is_arithmetic_v<T> || requires { T::RowsAtCompileTime; };
 template <typename Member>
-concept DataMember = std::is_member_object_pointer_v<Member> ||
-                     (std::is_pointer_v<Member> && !std::is_function_v<std::remove_pointer_t<Member>>);
+inline constexpr bool is_data = false;
+template <typename Value>
+  requires Numbers<std::remove_cv_t<Value>>
+inline constexpr bool is_data<Value*> = true;
+template <typename Value, typename Model>
+  requires Numbers<std::remove_cv_t<Value>>
+inline constexpr bool is_data<Value Model::*> = true;
 
 /// A function of a model, of whatever arguments its trait says.
 template <typename Hook, typename Model>

@@ -81,9 +81,11 @@ concept PointsToAModel = requires(const T& t) {
 template <typename D>
 consteval bool require_dynamics() {
   using Traits = DynamicsTraits<D>;
-  static_assert(!PointsToAModel<D>, "jml: a pointer in place of the dynamics: give the model itself, *model");
+  constexpr bool counted = requires { requires Traits::states > 0; };
+  static_assert(counted || !PointsToAModel<D>,
+                "jml: a pointer in place of the dynamics: give the model itself, *model");
   static_assert(
-      requires { requires Traits::states > 0; },
+      counted,
       "jml: a dynamics model needs `static constexpr int states` (or a DynamicsTraits specialisation)");
   static_assert(
       requires {
@@ -94,16 +96,17 @@ consteval bool require_dynamics() {
       },
       "jml: a specialisation of DynamicsTraits lacks what it should inherit: write `template <> struct "
       "jml::DynamicsTraits<Yours> : jml::DynamicsDefaults`");
-  static_assert(!(
-                    requires { requires DataMember<decltype(&D::disturbance_covariance)>; } ||
-                    requires { requires DataMember<decltype(&D::disturbance_spectral_density)>; } ||
-                    requires { requires DataMember<decltype(&D::disturbance_bound)>; } ||
-                    requires { requires DataMember<decltype(&D::disturbance_input)>; } ||
-                    requires { requires DataMember<decltype(&D::disturbance_mean)>; } ||
-                    requires { requires DataMember<decltype(&D::dynamics_jacobian)>; }),
-                "jml: disturbance_covariance and its like are functions, not data: `auto "
-                "disturbance_covariance() const "
-                "{ return Q; }`");
+  if constexpr (requires { Traits::looks_into_struct; }) {
+    constexpr bool data = requires { requires is_data<decltype(&D::disturbance_covariance)>; } ||
+                          requires { requires is_data<decltype(&D::disturbance_spectral_density)>; } ||
+                          requires { requires is_data<decltype(&D::disturbance_bound)>; } ||
+                          requires { requires is_data<decltype(&D::disturbance_input)>; } ||
+                          requires { requires is_data<decltype(&D::disturbance_mean)>; } ||
+                          requires { requires is_data<decltype(&D::dynamics_jacobian)>; };
+    static_assert(!data,
+                  "jml: disturbance_covariance and its like are functions, not data: write a const "
+                  "member function that returns it");
+  }
   return true;
 }
 
@@ -139,21 +142,24 @@ consteval bool require_continuous() {
 template <typename S>
 consteval bool require_sensor() {
   using Traits = SensorTraits<S>;
-  static_assert(!PointsToAModel<S>, "jml: a pointer in place of the sensor: give the sensor itself, *sensor");
-  static_assert(
-      requires { requires Traits::measurements > 0; },
-      "jml: a sensor needs `static constexpr int measurements` (or a SensorTraits specialisation)");
+  constexpr bool counted = requires { requires Traits::measurements > 0; };
+  static_assert(counted || !PointsToAModel<S>,
+                "jml: a pointer in place of the sensor: give the sensor itself, *sensor");
+  static_assert(counted,
+                "jml: a sensor needs `static constexpr int measurements` (or a SensorTraits specialisation)");
   static_assert(
       requires { Traits::linear; },
       "jml: a specialisation of SensorTraits lacks what it should inherit: write `template <> struct "
       "jml::SensorTraits<Yours> : jml::SensorDefaults`");
-  static_assert(!(
-                    requires { requires DataMember<decltype(&S::noise_covariance)>; } ||
-                    requires { requires DataMember<decltype(&S::noise_spectral_density)>; } ||
-                    requires { requires DataMember<decltype(&S::noise_bound)>; } ||
-                    requires { requires DataMember<decltype(&S::measurement_jacobian)>; }),
-                "jml: noise_covariance and its like are functions, not data: `auto noise_covariance() const "
-                "{ return R; }`");
+  if constexpr (requires { Traits::looks_into_struct; }) {
+    constexpr bool data = requires { requires is_data<decltype(&S::noise_covariance)>; } ||
+                          requires { requires is_data<decltype(&S::noise_spectral_density)>; } ||
+                          requires { requires is_data<decltype(&S::noise_bound)>; } ||
+                          requires { requires is_data<decltype(&S::measurement_jacobian)>; };
+    static_assert(!data,
+                  "jml: noise_covariance and its like are functions, not data: write a const member "
+                  "function that returns it");
+  }
   return true;
 }
 

@@ -22,7 +22,9 @@ inline constexpr int measurements_of = SensorTraits<S>::measurements;
 template <typename T, int n, typename D, typename At>
 JML_INLINE inline Vector<T, n> dynamics(const D& d, const Vector<T, n>& x, const At& at) {
   using namespace detail;
-  constexpr bool fits = !requires { requires !takes_state<decltype(&D::dynamics), n>; };
+  constexpr bool fits = !requires {
+    requires DynamicsTraits<D>::looks_into_struct && takes_other_state<decltype(&D::dynamics), n>;
+  };
   static_assert(fits, "jml: dynamics(x) takes a state of another size than `states`");
   if constexpr (!fits) {
     return {};
@@ -43,7 +45,10 @@ JML_INLINE inline Vector<T, n> dynamics(const D& d, const Vector<T, n>& x, const
 template <typename T, int n, typename D, typename At>
 JML_INLINE inline Matrix<T, n, n> dynamics_jacobian(const D& d, const Vector<T, n>& x, const At& at) {
   const auto given = detail::hook<detail::hooks::DynamicsJacobian>(d);
-  constexpr bool fits = !requires { requires !detail::takes_state<decltype(&D::dynamics_jacobian), n>; };
+  constexpr bool fits = !requires {
+    requires DynamicsTraits<D>::looks_into_struct &&
+                 detail::takes_other_state<decltype(&D::dynamics_jacobian), n>;
+  };
   static_assert(fits, "jml: dynamics_jacobian(x) takes a state of another size than `states`");
   static_assert(
       !std::is_floating_point_v<T> || !requires { &D::dynamics_jacobian; } ||
@@ -163,7 +168,9 @@ JML_INLINE inline Vector<T, n> predicted_state(const D& d, const Vector<T, n>& x
 template <typename T, int n, typename S, typename At>
 JML_INLINE inline Vector<T, measurements_of<S>> measurement(const S& s, const Vector<T, n>& x, const At& at) {
   using namespace detail;
-  constexpr bool fits = !requires { requires !takes_state<decltype(&S::measurement), n>; };
+  constexpr bool fits = !requires {
+    requires SensorTraits<S>::looks_into_struct && takes_other_state<decltype(&S::measurement), n>;
+  };
   if constexpr (fits && HasHook<hooks::Measurement, S, Vector<T, n>, At>) {
     if constexpr (require_value_of<measurements_of<S>, T, decltype(ask<hooks::Measurement>(s, x, at))>())
       return ask<hooks::Measurement>(s, x, at);
@@ -182,7 +189,10 @@ template <typename T, int n, typename S, typename At>
 JML_INLINE inline Matrix<T, measurements_of<S>, n> measurement_jacobian(const S& s, const Vector<T, n>& x,
                                                                         const At& at) {
   const auto given = detail::hook<detail::hooks::MeasurementJacobian>(s);
-  constexpr bool fits = !requires { requires !detail::takes_state<decltype(&S::measurement_jacobian), n>; };
+  constexpr bool fits = !requires {
+    requires SensorTraits<S>::looks_into_struct &&
+                 detail::takes_other_state<decltype(&S::measurement_jacobian), n>;
+  };
   static_assert(fits, "jml: measurement_jacobian(x) takes a state of another size than the model's");
   static_assert(
       !std::is_floating_point_v<T> || !requires { &S::measurement_jacobian; } ||

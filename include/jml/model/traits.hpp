@@ -163,6 +163,8 @@ struct DynamicsDefaults {
 /// Dynamics x⁺ = f(x) + G (w̄ + w), cov w = Q; or ẋ = f(x) + G w with spectral density Q of w.
 template <typename Model>
 struct DynamicsTraits : DynamicsDefaults {
+  static constexpr bool looks_into_struct =
+      true;  ///< a specialisation says nothing of the struct's own names
   static constexpr int states = detail::count_of_states<Model>();  ///< n
   static constexpr int disturbances =
       detail::disturbances_of<Model>();  ///< q; default: n with a covariance or a bound, else 0
@@ -222,6 +224,7 @@ struct SensorDefaults {
 /// of spectral density R (noise_spectral_density).
 template <typename Model>
 struct SensorTraits : SensorDefaults {
+  static constexpr bool looks_into_struct = true;
   static constexpr int measurements = detail::count_of_measurements<Model>();  ///< p
   static constexpr bool linear = detail::is_linear<Model>();                   ///< promises m_x constant in x
 };
