@@ -175,6 +175,8 @@ class Batch : public Filter<Recorder<List>, D, Scalar_> {
   const Store& store() const { return this->belief(); }
 };
 
+template <typename D, typename Scalar, int n>  // refused in words
+Batch(D, const Estimate<Scalar, n>&, Capacity, double = 0) -> Batch<D, void, Scalar>;
 template <typename D, typename... S, typename Scalar, int n>
 Batch(D, Sensors<S...>, const Estimate<Scalar, n>&, Capacity, double = 0) -> Batch<D, Sensors<S...>, Scalar>;
 

@@ -29,10 +29,10 @@ consteval bool refuse_plain_function_of_interval() {
   return true;
 }
 
-/// max and min of a number and a dual number or an interval: the same line has to serve two doubles.
-template <typename N>
+/// max and min of a number and a dual number or an interval: the same line has to serve two plain numbers.
+template <typename N, typename Plain>
 consteval bool require_number_for_max() {
-  static_assert(!std::is_integral_v<N>,
+  static_assert(!std::is_integral_v<N> && (!std::is_floating_point_v<Plain> || std::is_same_v<N, Plain>),
                 "jml: max(x, 0) and min(x, 0): std::max takes two numbers of one type, and T may be double: "
                 "write max(x, T(0))");
   return true;
