@@ -44,5 +44,9 @@ Estimate(const Vector<Scalar, n>&, const Matrix<Scalar, n, n>&) -> Estimate<Scal
 template <typename X, typename C>
 Estimate(const Eigen::MatrixBase<X>&, const Eigen::MatrixBase<C>&)
     -> Estimate<typename X::Scalar, X::RowsAtCompileTime>;
+/// A number for P, where n = 1.
+template <typename X, typename Number>
+  requires std::is_arithmetic_v<Number>
+Estimate(const Eigen::MatrixBase<X>&, Number) -> Estimate<typename X::Scalar, X::RowsAtCompileTime>;
 
 }  // namespace jml

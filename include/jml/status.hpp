@@ -153,6 +153,12 @@ enum class Solver : std::uint8_t {
   return "unknown status";
 }
 
+/// `std::cout << report.status`, by describe().
+template <typename Stream>
+auto operator<<(Stream& out, Status status) -> decltype(out << describe(status)) {
+  return out << describe(status);
+}
+
 [[nodiscard]] constexpr const char* describe(Solver solver) {
   switch (solver) {
     case Solver::none:

@@ -7,6 +7,16 @@
 #include <jml/bounded/interval.hpp>
 #include <jml/model/concepts.hpp>
 
+namespace jml::detail {
+struct NoNumbers;
+}
+namespace Eigen::internal {
+template <>
+struct traits<jml::detail::NoNumbers> {
+  using StorageKind = Dense;
+};
+}  // namespace Eigen::internal
+
 namespace jml {
 
 /// ū, q: |w| ≤ ū by component, per step.
@@ -51,6 +61,24 @@ template <typename Scalar, int size>
   return bound;
 }
 
+/// A box that is no state of numbers: Eigen has two ways to make those of it, and takes none.
+struct NoNumbers {};
+template <typename Scalar, int n>
+struct BoxAlone : Vector<Interval<Scalar>, n>, Eigen::EigenBase<NoNumbers> {};
+
+/// False where a model has the function, with x for an argument, but not as a template over the scalar: the
+/// intervals of a box would be converted into numbers.
+template <typename Hook, typename D, typename Scalar, int n, typename At>
+consteval bool takes_box() {
+  using X = Vector<Interval<Scalar>, n>;
+  if constexpr (Generic<HookOf<Hook, D>, X, At>)
+    return true;
+  else if constexpr (ReadsContext<Hook, D, X, At> || ReadsState<Hook, D, X>)
+    return ReadsContext<Hook, D, BoxAlone<Scalar, n>, At> || ReadsState<Hook, D, BoxAlone<Scalar, n>>;
+  else
+    return true;
+}
+
 }  // namespace detail
 
 /// An enclosure of w̄ over a box, q: the known part of the disturbance; zero where the model has none.
@@ -61,14 +89,14 @@ Vector<Interval<Scalar>, DynamicsTraits<D>::disturbances> disturbance_mean_over(
   using Range = Interval<Scalar>;
   const auto given = detail::hook<detail::hooks::DisturbanceMean>(d);
   constexpr bool constant = requires { Traits::disturbance_mean(d); };
-  constexpr bool plain = requires { &D::disturbance_mean; };
+  constexpr bool takes_template = detail::takes_box<detail::hooks::DisturbanceMean, D, Scalar, n, At>();
   static_assert(
-      constant || !plain,
+      constant || takes_template,
       "jml: bounded noise: the disturbance's mean reads the state: make disturbance_mean(x) a template "
       "over the scalar, so that it can be enclosed over a box, or use jml::Linearised");
   if constexpr (constant)
     return kernel::cast<Range>(given());
-  else if constexpr (!plain && detail::Callable<decltype(given), Vector<Range, n>, At>)
+  else if constexpr (takes_template && detail::Callable<decltype(given), Vector<Range, n>, At>)
     return kernel::cast<Range>(detail::call(given, box, at));
   else
     return kernel::filled<Vector<Range, Traits::disturbances>>(Range(Scalar(0)));
@@ -78,14 +106,16 @@ Vector<Interval<Scalar>, DynamicsTraits<D>::disturbances> disturbance_mean_over(
 template <typename Scalar, int n, typename D, typename At>
 Matrix<Interval<Scalar>, n, DynamicsTraits<D>::disturbances> disturbance_input_over(
     const D& d, const Vector<Interval<Scalar>, n>& box, const At& at) {
-  // A function that is no template would have the box converted into a vector of numbers.
   constexpr bool constant = requires { DynamicsTraits<D>::disturbance_input(d); };
-  constexpr bool plain = requires { &D::disturbance_input; };
+  constexpr bool takes_template = detail::takes_box<detail::hooks::DisturbanceInput, D, Scalar, n, At>();
   static_assert(
-      constant || !plain,
+      constant || takes_template,
       "jml: bounded noise: G reads the state: make disturbance_input(x) a template over the scalar, so "
       "that it can be enclosed over a box, or use jml::Linearised");
-  if constexpr (constant || !plain) return disturbance_input(d, box, at);
+  if constexpr (constant || takes_template)
+    return disturbance_input(d, box, at);
+  else
+    return {};
 }
 
 }  // namespace jml

@@ -26,6 +26,8 @@ template <int columns_per_state = 6>
 struct Guaranteed {
   /// cut() works in place, and has to be taken back.
   static constexpr bool contradiction_changes_nothing = false;
+  template <typename Scalar, int n>
+  using RunsOn = Interval<Scalar>;
 
   template <typename Scalar, int n>
   struct Memory {

@@ -18,6 +18,7 @@
 #include <compare>
 #include <concepts>
 #include <jml/linear_algebra.hpp>
+#include <jml/model/plain_number.hpp>
 #include <limits>
 
 namespace jml {
@@ -123,6 +124,13 @@ struct Interval {
       if (!exact) *this = {detail::below_any(low), detail::above_any(high)};
     }
   }
+  /// Never, as of Dual: here ends std::sin(x).
+  template <typename Number>
+    requires std::is_arithmetic_v<Number>
+  explicit(!std::same_as<Number, long double>) constexpr operator Number() const {
+    static_assert(detail::refuse_plain_function_of_interval<Base>());
+    return {};
+  }
   /// Every real number.
   static constexpr Interval whole() { return {-Limits::infinite, Limits::infinite}; }
   /// No value at all: both ends NaN.
@@ -176,6 +184,39 @@ struct Interval {
     if (!(down.low > Base(0) && detail::are_normal(lower + upper + down.high, lower, upper))) [[unlikely]]
       return detail::quotient_at_the_edge(up, down, lower, upper);
     return {detail::below(lower), detail::above(upper)};
+  }
+  // With a plain number, by name, as of Dual.
+  template <detail::PlainNumber N>
+  JML_INLINE friend Interval operator+(const Interval& a, N b) {
+    return a + Interval(b);
+  }
+  template <detail::PlainNumber N>
+  JML_INLINE friend Interval operator+(N a, const Interval& b) {
+    return Interval(a) + b;
+  }
+  template <detail::PlainNumber N>
+  JML_INLINE friend Interval operator-(const Interval& a, N b) {
+    return a - Interval(b);
+  }
+  template <detail::PlainNumber N>
+  JML_INLINE friend Interval operator-(N a, const Interval& b) {
+    return Interval(a) - b;
+  }
+  template <detail::PlainNumber N>
+  JML_INLINE friend Interval operator*(const Interval& a, N b) {
+    return a * Interval(b);
+  }
+  template <detail::PlainNumber N>
+  JML_INLINE friend Interval operator*(N a, const Interval& b) {
+    return Interval(a) * b;
+  }
+  template <detail::PlainNumber N>
+  JML_INLINE friend Interval operator/(const Interval& a, N b) {
+    return a / Interval(b);
+  }
+  template <detail::PlainNumber N>
+  JML_INLINE friend Interval operator/(N a, const Interval& b) {
+    return Interval(a) / b;
   }
   Interval& operator+=(const Interval& b) { return *this = *this + b; }
   Interval& operator-=(const Interval& b) { return *this = *this - b; }

@@ -102,11 +102,13 @@ using IntervalOf = std::conditional_t<is_interval<A>, A, B>;
 template <typename A, typename B>
   requires detail::IntervalAndNumber<A, B>
 detail::IntervalOf<A, B> max(const A& a, const B& b) {
+  static_assert(detail::require_number_for_max<A, void>() && detail::require_number_for_max<B, void>());
   return max(detail::IntervalOf<A, B>(a), detail::IntervalOf<A, B>(b));
 }
 template <typename A, typename B>
   requires detail::IntervalAndNumber<A, B>
 detail::IntervalOf<A, B> min(const A& a, const B& b) {
+  static_assert(detail::require_number_for_max<A, void>() && detail::require_number_for_max<B, void>());
   return min(detail::IntervalOf<A, B>(a), detail::IntervalOf<A, B>(b));
 }
 template <typename A, typename B>

@@ -19,6 +19,8 @@ namespace jml {
 struct Linearised {
   /// cut() touches the box only where it is used.
   static constexpr bool contradiction_changes_nothing = true;
+  template <typename Scalar, int n>
+  using RunsOn = Dual<Scalar, n>;
 
   /// Nothing is carried beside the box.
   template <typename Scalar, int n>

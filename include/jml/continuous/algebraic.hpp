@@ -49,6 +49,8 @@ class Algebraic {
                 "jml: an iterated rule has no meaning in continuous time: take Sddre, Rnls or Ekf");
 
  public:
+  template <typename Scalar, int n>
+  using RunsOn = Dual<Scalar, n>;
   template <typename Scalar, typename D>
   using Belief = AlgebraicBelief<Scalar, states_of<D>>;
   template <typename Scalar, typename D>
@@ -69,10 +71,14 @@ class Algebraic {
   /// A state that is not finite is refused. The first solution is a cold one.
   template <typename Model, typename Start, typename Scalar, int n>
   [[nodiscard]] Status start(const Model& model, const Start& x, AlgebraicBelief<Scalar, n>& belief) const {
-    static_assert(std::is_constructible_v<Argument<Scalar, n>, const Start&>,
-                  "jml: an algebraic filter starts at a state, a jml::Vector of `states` entries");
     belief = {};
-    belief.x = Argument<Scalar, n>(x);
+    if constexpr (std::is_convertible_v<const Start&, Argument<Scalar, n>>) {
+      const Argument<Scalar, n> state = x;
+      belief.x = state;
+    } else {
+      static_assert(!sizeof(Start*),
+                    "jml: an algebraic filter starts at a state, a jml::Vector of `states` entries");
+    }
     return !all_finite(belief.x)  ? Status::invalid_state
            : options.substeps < 1 ? Status::invalid_option
                                   : model.status();

@@ -63,6 +63,8 @@ class Continuous {
 
  public:
   static constexpr bool optimal_on_linear = true, symmetric = Rule::symmetric;
+  template <typename Scalar, int n>
+  using RunsOn = Dual<Scalar, n>;
   template <typename Scalar, typename D>
   using Belief = Estimate<Scalar, states_of<D>>;
   /// The dynamics, and what the integrator keeps for one filter.
@@ -87,12 +89,11 @@ class Continuous {
 
   template <typename D>
   static consteval bool accepts() {
-    return detail::require_continuous<D>() &&
-           detail::require_linear_if_kalman<Rule, DynamicsTraits<D>::linear>();
+    return detail::require_continuous<D>() && detail::require_linear_if_kalman<Rule, DynamicsTraits<D>>();
   }
   template <typename S>
   static consteval bool accepts_sensor() {
-    return detail::require_sensor<S>() && detail::require_linear_if_kalman<Rule, SensorTraits<S>::linear>();
+    return detail::require_sensor<S>() && detail::require_linear_if_kalman<Rule, SensorTraits<S>>();
   }
 
   /// As of the rule in discrete time.

@@ -59,10 +59,11 @@ Vector<Scalar, p> as_measurement(const Y& y) {
     return kernel::filled<Vector<Scalar, p>>(static_cast<Scalar>(y));
   } else {
     static_assert(
-        requires { Vector<Scalar, p>(y); },
+        std::is_convertible_v<const Y&, Argument<Scalar, p>>,
         "jml: a measurement is a jml::Vector of p, a number where p = 1, and for a sensor that measures all "
         "the time also a jml::Line or a function from the time to a jml::Vector of p");
-    return Argument<Scalar, p>(y);
+    const Argument<Scalar, p> given = y;
+    return given;
   }
 }
 
@@ -91,9 +92,10 @@ JML_INLINE inline void with_signal(const S& sensor, const Y& y, double start, do
     else
       use([&y](double time) { return as_measurement<p, Scalar>(y(time)); });
   } else if constexpr (requires { y.from; }) {
-    if (!all_finite(y.from) || !all_finite(y.to)) return refuse();
-    const Vector<Scalar, p> change = measurement_residual(sensor, y.to, y.from);
-    use(LineSignal<Scalar, p>{y.from, y.to, change, start, length});
+    const Argument<Scalar, p> from = y.from, to = y.to;
+    if (!all_finite(from) || !all_finite(to)) return refuse();
+    const Vector<Scalar, p> change = measurement_residual<Scalar, p>(sensor, to, from);
+    use(LineSignal<Scalar, p>{from, to, change, start, length});
   } else {
     const Vector<Scalar, p> held = as_measurement<p, Scalar>(y);
     if (!all_finite(held)) return refuse();

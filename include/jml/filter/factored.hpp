@@ -35,6 +35,8 @@ struct Factored {
       "is no covariance and has no factors U D Uᵀ");
   using Rule = Rule_;
   static constexpr bool symmetric = true, optimal_on_linear = true;
+  template <typename Scalar, int n>
+  using RunsOn = Dual<Scalar, n>;
   template <typename Scalar, typename D>
   using Belief = FactoredBelief<Scalar, states_of<D>>;
   template <typename Scalar, typename D>

@@ -13,6 +13,10 @@ namespace jml {
 namespace detail {
 template <typename Scalar, int n>
 struct Loosening;  // filter/way_out.hpp
+
+/// Two things after the dynamics that are neither a start and its time nor a list of sensors and a start.
+template <typename A, typename B>
+concept NoStart = !std::is_convertible_v<const B&, double> && !is_list_of_sensors<A>;
 }  // namespace detail
 
 /// A recursive estimator.
@@ -26,9 +30,10 @@ struct Loosening;  // filter/way_out.hpp
 /// independent.
 template <typename M, typename D, typename Scalar = double>
 class Filter {
+  static_assert(detail::require_method<typename MethodOf<M>::type>() && detail::require_dynamics<D>());
+  static_assert(detail::require_accepted<typename MethodOf<M>::type, D>());
   using Core = detail::FilterCore<M, D, Scalar>;
   using Method = typename Core::Method;
-  static_assert(detail::require_accepted<Method, D>());
 
  public:
   using Belief = typename Core::Belief;
@@ -55,6 +60,15 @@ class Filter {
         requires { core_.method.start(core_.model, core_.belief); },
         "jml: this method needs to know where to start: give the filter an estimate");
     core_.status = core_.method.start(core_.model, core_.belief);
+  }
+  /// Something else: refused in words.
+  template <typename A, typename B>
+    requires detail::NoStart<A, B>
+  Filter(M method, D dynamics, const A&, const B&) : core_(std::move(method), dynamics) {
+    static_assert(
+        !sizeof(A*),
+        "jml: a filter is made as Filter{method, dynamics, start}, with jml::sensors<…> before the "
+        "start where the method remembers; a start is jml::Estimate{x, P} or jml::Box{lower, upper}");
   }
   /// A method with a memory for measurements: `list` is jml::sensors<…>, the types of all sensors.
   template <typename Bare, typename... S, typename Start>
@@ -101,10 +115,15 @@ class Filter {
   [[nodiscard]] Report<S> step(const S& sensor, const Measurement<S>& y, const Step& dt = {},
                                const Control& control = kernel::zeros<Control>()) {
     static_assert(detail::require_accepted_sensor<Method, S>());
+    static_assert(detail::look_at_dynamics<Method, Scalar, D>());
+    static_assert(detail::look_at_sensor<Method, Scalar, D, S>());
     static_assert(!std::is_same_v<Step, NoTime> ||
                       (!reads_context<Scalar, D>() && !sensor_reads_context<S, State, At>()),
                   "jml: this model reads time, dt or control: pass dt, step(sensor, y, dt)");
-    return core_.template step<S>(sensor, Core::measured(sensor, y), core_.length(dt), control, gate);
+    if constexpr (Sensor<S>)
+      return core_.template step<S>(sensor, Core::measured(sensor, y), core_.length(dt), control, gate);
+    else
+      return {};
   }
 
   /// Of a continuous method: y a jml::Line, or any function double → Vector of p of the absolute time, smooth
@@ -113,12 +132,21 @@ class Filter {
   [[nodiscard]] Report<S> step(const S& sensor, const Y& y, const Step& dt,
                                const Control& control = kernel::zeros<Control>()) {
     static_assert(detail::require_accepted_sensor<Method, S>());
-    return core_.template step<S>(sensor, y, core_.length(dt), control, gate);
+    static_assert(detail::look_at_sensor<Method, Scalar, D, S>());
+    static_assert(
+        ContinuousDynamics<D>,
+        "jml: a jml::Line or a function of time is what a continuous filter measures; to a discrete "
+        "one give y, a jml::Vector or a number");
+    if constexpr (ContinuousDynamics<D> && Sensor<S>)
+      return core_.template step<S>(sensor, y, core_.length(dt), control, gate);
+    else
+      return {};
   }
 
   /// A step without a measurement.
   template <typename Step = NoTime>
   [[nodiscard]] Status predict(const Step& dt = {}, const Control& control = kernel::zeros<Control>()) {
+    static_assert(detail::look_at_dynamics<Method, Scalar, D>());
     static_assert(!std::is_same_v<Step, NoTime> || !reads_context<Scalar, D>(),
                   "jml: this model reads time, dt or control: pass dt, predict(dt)");
     return core_.predict(core_.length(dt), control);
@@ -133,7 +161,10 @@ class Filter {
   template <typename S, typename... Which>
   [[nodiscard]] Report<S> update(const S& sensor, const Measurement<S>& y, const Which&... which) {
     static_assert(detail::require_accepted_sensor<Method, S>());
-    if constexpr ((std::is_same_v<Which, Rows> || ...)) {
+    static_assert(detail::look_at_sensor<Method, Scalar, D, S>());
+    if constexpr (!Sensor<S>) {
+      return {};
+    } else if constexpr ((std::is_same_v<Which, Rows> || ...)) {
       static_assert((0 + ... + std::is_same_v<Which, Rows>) == 1, "jml: one set of rows, please");
       return core_.template correct<S>(part(sensor, std::get<Rows>(std::tuple(which...))), y, gate, which...);
     } else {
@@ -214,6 +245,9 @@ class Filter {
 
 template <typename M, typename D, typename Start>
 Filter(M, D, const Start&, double = 0) -> Filter<M, D, detail::ScalarOf<Start>>;
+template <typename M, typename D, typename A, typename B>
+  requires detail::NoStart<A, B>
+Filter(M, D, const A&, const B&) -> Filter<M, D, double>;
 template <typename M, typename D>
 Filter(M, D) -> Filter<M, D, double>;
 template <typename M, typename D, typename... S, typename Start>

@@ -24,6 +24,31 @@ JML_INLINE inline void commit(Belief& belief, const Belief& next) {
     belief = next;
 }
 
+/// What a filter starts at is of the kind that its method starts at; a method of one's own may know better.
+template <typename Method, typename Given, typename Wanted>
+consteval bool require_start() {
+  constexpr bool box = requires(const Given& given) { given.lower; };
+  if constexpr (!requires { typename Method::template RunsOn<double, 1>; }) {
+    return true;
+  } else if constexpr (requires(const Wanted& wanted) { wanted.P; }) {
+    constexpr bool good = !box && !std::is_arithmetic_v<Given> && !requires { Given::RowsAtCompileTime; };
+    static_assert(good, "jml: this filter starts at an estimate: give it jml::Estimate{x, P}");
+    return good;
+  } else if constexpr (requires(const Wanted& wanted) { wanted.lower; }) {
+    static_assert(box, "jml: this filter starts at a box: give it jml::Box{lower, upper}");
+    return box;
+  } else {
+    return true;
+  }
+}
+
+template <typename Scalar, typename Step>
+consteval bool require_time() {
+  constexpr bool number = std::is_constructible_v<Scalar, const Step&>;
+  static_assert(number, "jml: dt is a number of seconds, or jml::at_time(t); the control comes after it");
+  return number;
+}
+
 /// Method, model, belief, clock, control, status.
 template <typename M, typename D, typename Scalar>
 class FilterCore {
@@ -34,9 +59,8 @@ class FilterCore {
   using At = StepContext<Scalar, DynamicsTraits<D>::controls>;
   template <typename S>
   using Report = jml::ReportOf<M, D, S, Scalar>;
-  template <typename S>  // no measurements: said nowhere, and refused in words
-  using Measurement =
-      Argument<Scalar, (SensorTraits<S>::measurements > 0 ? SensorTraits<S>::measurements : 1)>;
+  template <typename S>
+  using Measurement = MeasurementOf<S, Scalar>;
   static constexpr bool rolls_back = detail::rolls_back<Method>();
 
   FilterCore(M how, const D& dynamics)
@@ -62,7 +86,9 @@ class FilterCore {
   void start(const Start& start, double time) {
     clock = Clock(time);
     kernel::set_zero(control);
-    if constexpr (rolls_back)
+    if constexpr (!require_start<Method, Start, typename StartOf<Method, Scalar, D>::type>())
+      status = Status::invalid_state;
+    else if constexpr (rolls_back)
       status = method.start(belief, start, time);
     else
       status = method.start(model, start, belief);
@@ -76,8 +102,10 @@ class FilterCore {
       return Scalar(0);
     else if constexpr (std::is_same_v<Step, AtTime>)
       return static_cast<Scalar>(clock.until(dt.time));
-    else
+    else if constexpr (require_time<Scalar, Step>())
       return static_cast<Scalar>(dt);
+    else
+      return Scalar(0);
   }
 
   /// y as a method gets it: what was not measured is no NaN.

@@ -40,6 +40,8 @@
 ///   optimal_on_linear       true: it equals the Kalman filter on a linear system; check_method() then asks.
 ///   correct_late(belief, sensor, y, lateness, report)   of a method with a memory: a measurement of before,
 ///                           which any other method refuses (older_than_window).
+///   RunsOn<Scalar, n>       the numbers on which it runs a model that brings no derivatives, as Dual: for
+///                           compile-time errors in jml's words.
 ///   begins_as_prior         true: `next` arrives as a copy of the prior, for verbs that work in place.
 ///   rolls_back              true: a belief too large to copy. It holds the dynamics itself, is made from
 ///                           them, its verbs are predict(belief, at), correct(belief, sample, report) and
@@ -144,9 +146,53 @@ consteval bool begins_as_prior() {
     return false;
 }
 
+template <typename M>
+consteval bool require_method() {
+  if constexpr (count_of_states<M>() > 0) {
+    using X = Vector<double, count_of_states<M>()>;
+    static_assert(!HasHook<hooks::Dynamics, M, X, StepContext<double, controls_of<M>()>>,
+                  "jml: a model in place of the method: write jml::Filter{jml::Ekf{}, dynamics, start}");
+  }
+  return true;
+}
+
 template <typename M, typename D>
 consteval bool require_accepted() {
   if constexpr (requires { M::template accepts<D>(); }) return M::template accepts<D>();
+  return true;
+}
+
+/// A function of a model on the numbers that a method also runs it on, where it has no derivative of its own:
+/// compiled before that on plain ones, as for what is wrong with both jml has words there.
+template <typename M, typename Scalar, int n, typename At, typename Hook, typename... Given, typename Model>
+consteval bool look_first(std::type_identity<Model>) {
+  using X = Vector<Scalar, n>;
+  constexpr bool given =
+      (HasHook<Given, Model, X, At> || ...) ||
+      (requires(const Model& model, const X& x) { Given::of(model, x, x); } || ...) ||
+      (requires(const Model& model, const X& x, const At& at) { Given::of(model, x, x, at); } || ...);
+  if constexpr (!given && requires { typename M::template RunsOn<Scalar, n>; }) {
+    using Z = Vector<typename M::template RunsOn<Scalar, n>, n>;
+    if constexpr (Generic<HookOf<Hook, Model>, Z, At>)
+      static_cast<void>(sizeof(look_into<Hook>(std::declval<const Model&>(), std::declval<const Z&>(),
+                                               std::declval<const At&>())));
+  }
+  return true;
+}
+template <typename M, typename Scalar, typename D>
+consteval bool look_at_dynamics() {
+  if constexpr (Dynamics<D>)
+    return look_first<M, Scalar, DynamicsTraits<D>::states, ContextOf<D, Scalar>, hooks::Dynamics,
+                      hooks::DynamicsJacobian, hooks::DynamicsSdc, hooks::DynamicsSdcAbout>(
+        std::type_identity<D>());
+  return true;
+}
+template <typename M, typename Scalar, typename D, typename S>
+consteval bool look_at_sensor() {
+  if constexpr (Dynamics<D> && Sensor<S>)
+    return look_first<M, Scalar, DynamicsTraits<D>::states, ContextOf<D, Scalar>, hooks::Measurement,
+                      hooks::MeasurementJacobian, hooks::MeasurementSdc, hooks::MeasurementSdcAbout>(
+        std::type_identity<S>());
   return true;
 }
 

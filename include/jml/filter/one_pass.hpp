@@ -189,6 +189,8 @@ template <OnePassRule Rule_>
 struct OnePass : Rule_ {
   using Rule = Rule_;
   static constexpr bool optimal_on_linear = true;
+  template <typename Scalar, int n>
+  using RunsOn = Dual<Scalar, n>;
   template <typename Scalar, typename D>
   using Belief = std::conditional_t<Rule::symmetric, WatchedEstimate<Scalar, states_of<D>>,
                                     Estimate<Scalar, states_of<D>>>;
@@ -198,12 +200,11 @@ struct OnePass : Rule_ {
 
   template <typename D>
   static consteval bool accepts() {
-    return detail::require_discrete<D>() &&
-           detail::require_linear_if_kalman<Rule, DynamicsTraits<D>::linear>();
+    return detail::require_discrete<D>() && detail::require_linear_if_kalman<Rule, DynamicsTraits<D>>();
   }
   template <typename S>
   static consteval bool accepts_sensor() {
-    return detail::require_sensor<S>() && detail::require_linear_if_kalman<Rule, SensorTraits<S>::linear>();
+    return detail::require_sensor<S>() && detail::require_linear_if_kalman<Rule, SensorTraits<S>>();
   }
 
   /// P: symmetric positive semidefinite; of a nonsymmetric rule, whose later P are no covariances, its

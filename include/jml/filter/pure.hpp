@@ -30,11 +30,11 @@ struct PredictResult {
 
 /// Propagates an estimate over at.dt.
 template <typename M, typename D, typename Scalar, int n>
-[[nodiscard]] PredictResult<Scalar, n> predict(
-    const M& rule, const D& d, const Estimate<Scalar, n>& prior,
-    const StepContext<Scalar, DynamicsTraits<D>::controls>& at = no_context<Scalar, D>()) {
+[[nodiscard]] PredictResult<Scalar, n> predict(const M& rule, const D& d, const Estimate<Scalar, n>& prior,
+                                               const ContextOf<D, Scalar>& at = no_context<Scalar, D>()) {
   using Method = typename MethodOf<M>::type;
   static_assert(detail::require_accepted<Method, D>());
+  static_assert(detail::look_at_dynamics<Method, Scalar, D>());
   static_assert(states_of<D> == n, "jml: the estimate has not as many states as the dynamics");
   const ModelOf<M, D, Scalar> model(d);
   PredictResult<Scalar, n> out;
@@ -48,7 +48,7 @@ template <typename M, typename D, typename Scalar, int n>
 template <typename M, typename S, typename Scalar, int n, int controls = 0>
 [[nodiscard]] StepResultOf<M, Scalar, n, S> update(const M& rule, const S& s,
                                                    const Estimate<Scalar, n>& prior,
-                                                   const Vector<Scalar, measurements_of<S>>& y,
+                                                   const MeasurementOf<S, Scalar>& y,
                                                    const StepContext<Scalar, controls>& at = {},
                                                    const Gate& gate = {}) {
   using Method = typename MethodOf<M>::type;
@@ -63,13 +63,15 @@ template <typename M, typename S, typename Scalar, int n, int controls = 0>
 
 /// One whole step: predict over at.dt, then correct with y of its end.
 template <typename M, typename D, typename S, typename Scalar, int n>
-[[nodiscard]] StepResultOf<M, Scalar, n, S> step(
-    const M& rule, const D& d, const S& s, const Estimate<Scalar, n>& prior,
-    const Vector<Scalar, measurements_of<S>>& y,
-    const StepContext<Scalar, DynamicsTraits<D>::controls>& at = no_context<Scalar, D>(),
-    const Gate& gate = {}) {
+[[nodiscard]] StepResultOf<M, Scalar, n, S> step(const M& rule, const D& d, const S& s,
+                                                 const Estimate<Scalar, n>& prior,
+                                                 const MeasurementOf<S, Scalar>& y,
+                                                 const ContextOf<D, Scalar>& at = no_context<Scalar, D>(),
+                                                 const Gate& gate = {}) {
   using Method = typename MethodOf<M>::type;
   static_assert(detail::require_accepted<Method, D>() && detail::require_accepted_sensor<Method, S>());
+  static_assert(detail::look_at_dynamics<Method, Scalar, D>() &&
+                detail::look_at_sensor<Method, Scalar, D, S>());
   static_assert(states_of<D> == n, "jml: the estimate has not as many states as the dynamics");
   const ModelOf<M, D, Scalar> model(d);
   StepResultOf<M, Scalar, n, S> out;

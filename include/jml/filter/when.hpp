@@ -68,6 +68,13 @@ struct ScalarOfStart<Start> {
 template <typename Start>
 using ScalarOf = typename ScalarOfStart<Start>::type;
 
+template <typename Which>
+void note(Lateness&, const Clock&, const Which&) {
+  static_assert(
+      !sizeof(Which*),
+      "jml: update(sensor, y, …) takes only(0, 2), first(k), finite_rows(y), at_time(t) or age(k), and "
+      "no dt: it corrects, and step(sensor, y, dt) or predict(dt) go on");
+}
 inline void note(Lateness&, const Clock&, const Rows&) {}
 inline void note(Lateness& late, const Clock&, const Age& age) {
   late.steps = age.steps;

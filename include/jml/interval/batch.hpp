@@ -17,6 +17,8 @@ namespace jml {
 template <typename List>
 struct Recorder {
   static constexpr bool rolls_back = true;
+  template <typename Scalar, int n>
+  using RunsOn = Dual<Scalar, n>;
   template <typename Scalar, typename D>
   using Belief = detail::Recording<D, List, Scalar>;
   /// No innovation, no gate: status alone.
@@ -27,6 +29,9 @@ struct Recorder {
 
   template <typename D>
   static consteval bool accepts() {
+    static_assert(detail::is_list_of_sensors<List>,
+                  "jml: a batch makes room for measurements: name the types of the sensors, Batch{dynamics, "
+                  "jml::sensors<…>, estimate, {.steps = 1000}}");
     return detail::require_discrete<D>();
   }
   template <typename S>
@@ -94,6 +99,11 @@ class Batch : public Filter<Recorder<List>, D, Scalar_> {
   /// `prior`: x̂_0 and P_0, symmetric positive semidefinite. `time`: s, of x_0. A bad one does not throw:
   /// status() names it, and every verb and solve() answer it.
   Batch(D dynamics, List, const Estimate<Scalar, states>& prior, Capacity capacity, double time = 0)
+      : Base(Recorder<List>{capacity}, std::move(dynamics), prior, time) {}
+  /// Of another size: refused in words.
+  template <int n>
+    requires(n != states)
+  Batch(D dynamics, List, const Estimate<Scalar, n>& prior, Capacity capacity, double time = 0)
       : Base(Recorder<List>{capacity}, std::move(dynamics), prior, time) {}
 
   /// Where to begin at the present node, for Start::given.
@@ -192,6 +202,8 @@ class Batch : public Filter<Recorder<List>, D, Scalar_> {
   const Store& store() const { return this->belief(); }
 };
 
+template <typename D, typename Scalar, int n>  // refused in words
+Batch(D, const Estimate<Scalar, n>&, Capacity, double = 0) -> Batch<D, void, Scalar>;
 template <typename D, typename... S, typename Scalar, int n>
 Batch(D, Sensors<S...>, const Estimate<Scalar, n>&, Capacity, double = 0) -> Batch<D, Sensors<S...>, Scalar>;
 

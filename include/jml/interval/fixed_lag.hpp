@@ -62,6 +62,8 @@ struct LagReport : Report<Scalar, p> {
 template <int length, int measurements = 1, typename List = void>
 struct FixedLag {
   static constexpr bool rolls_back = true, optimal_on_linear = true, symmetric = true;
+  template <typename Scalar, int n>
+  using RunsOn = Dual<Scalar, n>;
   template <typename Sensors>
   using With = FixedLag<length, measurements, Sensors>;
   template <typename Scalar, typename D>

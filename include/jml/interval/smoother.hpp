@@ -49,6 +49,8 @@ struct Remembering {
   using Method = typename MethodOf<M>::type;
   using Rule = typename Method::Rule;
   static constexpr bool rolls_back = true, optimal_on_linear = true, symmetric = true;
+  template <typename Scalar, int n>
+  using RunsOn = Dual<Scalar, n>;
   template <typename Scalar, typename D>
   using Belief = detail::SmootherMemory<Scalar, D, Method>;
   template <typename Scalar, typename D, typename S>

@@ -24,6 +24,8 @@ struct Factored<Rule_> {
   using Rule = Rule_;
   using OnePassForm = Factored<typename Rule::Inner>;
   static constexpr bool symmetric = true, optimal_on_linear = true;
+  template <typename Scalar, int n>
+  using RunsOn = Dual<Scalar, n>;
   template <typename Scalar, typename D>
   using Belief = FactoredBelief<Scalar, states_of<D>>;
   template <typename Scalar, typename D>

@@ -22,6 +22,8 @@ template <IteratedRule Rule_>
 struct ExactStep : Rule_ {
   using Rule = Rule_;
   static constexpr bool optimal_on_linear = true;
+  template <typename Scalar, int n>
+  using RunsOn = Dual<Scalar, n>;
   template <typename Scalar, typename D>
   using Belief = typename OnePass<typename Rule::Inner>::template Belief<Scalar, D>;
   template <typename Scalar, typename D, typename S>

@@ -41,31 +41,70 @@ concept Generic = Callable<Function, X, At> &&
                   std::is_same_v<typename std::remove_cvref_t<typename Result<Function, X, At>::type>::Scalar,
                                  typename X::Scalar>;
 
-/// Refuses at compile time what a model function must not return.
+/// Refuses at compile time what a model function must not return. False: what follows would not compile.
 template <int rows, int cols, typename Value>
 consteval bool require_value() {
   if constexpr (requires { Value::RowsAtCompileTime; }) {
+    constexpr bool plain = std::is_base_of_v<Eigen::PlainObjectBase<Value>, Value>;
+    constexpr bool fits = int(Value::RowsAtCompileTime) == rows && int(Value::ColsAtCompileTime) == cols;
     static_assert(
-        std::is_base_of_v<Eigen::PlainObjectBase<Value>, Value>,
+        plain,
         "jml: a model function must return a jml::Vector or jml::Matrix, not auto of an Eigen expression, "
         "which would refer to what is gone");
     static_assert(
-        int(Value::RowsAtCompileTime) == rows && int(Value::ColsAtCompileTime) == cols,
+        fits || !plain,
         "jml: a model function returns a matrix of the wrong size: f n, f_x and F n×n, G n×q, Q q×q, "
         "w̄ q, m p, m_x and M p×n, R p×p");
+    return plain && fits;
   } else {
     static_assert(
         requires { Value::RowsAtCompileTime; },
         "jml: a model function must return a jml::Vector or jml::Matrix, also where it is 1×1");
+    return false;
   }
-  return true;
+}
+/// The same of f(x) and m(x), which answer in the scalar of x.
+template <int rows, typename T, typename Value>
+consteval bool require_value_of() {
+  if constexpr (require_value<rows, 1, Value>()) {
+    constexpr bool same = std::is_same_v<typename Value::Scalar, T>;
+    static_assert(same,
+                  "jml: dynamics(x) or measurement(x) does not answer in the scalar of x: make it a template "
+                  "over the scalar T, and return a jml::Vector<T, …>");
+    return same;
+  } else {
+    return false;
+  }
 }
 template <int rows, int cols, typename Function, typename X, typename At>
 consteval bool require_shape() {
   if constexpr (Callable<Function, X, At>)
-    require_value<rows, cols, std::remove_cvref_t<typename Result<Function, X, At>::type>>();
-  return true;
+    return require_value<rows, cols, std::remove_cvref_t<typename Result<Function, X, At>::type>>();
+  else
+    return true;
 }
+
+/// A member function, no template, whose first argument is a vector of another size than n: Eigen would take
+/// x for it, and fail to convert it.
+template <typename Member, int n>
+inline constexpr bool takes_other_state = false;
+template <typename R, typename Model, typename X, typename... A, int n>
+  requires requires { std::remove_cvref_t<X>::RowsAtCompileTime; }
+inline constexpr bool takes_other_state<R (Model::*)(X, A...) const, n> =
+    int(std::remove_cvref_t<X>::RowsAtCompileTime) != n &&
+    int(std::remove_cvref_t<X>::RowsAtCompileTime) != Eigen::Dynamic;
+
+/// The type &Model::member of numbers, where a function is meant.
+template <typename T>
+concept Numbers = std::is_arithmetic_v<T> || requires { T::RowsAtCompileTime; };
+template <typename Member>
+inline constexpr bool is_data = false;
+template <typename Value>
+  requires Numbers<std::remove_cv_t<Value>>
+inline constexpr bool is_data<Value*> = true;
+template <typename Value, typename Model>
+  requires Numbers<std::remove_cv_t<Value>>
+inline constexpr bool is_data<Value Model::*> = true;
 
 /// A function of a model, of whatever arguments its trait says.
 template <typename Hook, typename Model>
@@ -101,11 +140,20 @@ constexpr auto ask(const Model& model, const X& x, const At& at) {
     return Hook::of(model);
 }
 
+/// Its type is all that is asked for: to know it, a compiler looks into the function of the model.
+template <typename Hook, typename Model, typename X, typename At>
+auto look_into(const Model& model, const X& x, const At& at) {
+  static_cast<void>(ask<Hook>(model, x, at));
+  return true;
+}
+
 /// Its value, rows×cols, in the scalar of x.
 template <typename Hook, int rows, int cols, typename Model, typename T, int n, typename At>
 JML_INLINE inline Matrix<T, rows, cols> evaluate(const Model& model, const Vector<T, n>& x, const At& at) {
-  static_assert(require_value<rows, cols, decltype(ask<Hook>(model, x, at))>());
-  return kernel::cast<T>(ask<Hook>(model, x, at));
+  if constexpr (require_value<rows, cols, decltype(ask<Hook>(model, x, at))>())
+    return kernel::cast<T>(ask<Hook>(model, x, at));
+  else
+    return {};
 }
 
 }  // namespace detail

@@ -71,12 +71,49 @@ constexpr StepContext<Scalar, DynamicsTraits<D>::controls> no_context() {
 
 namespace detail {
 
+template <typename T>
+concept PointsToAModel = requires(const T& t) {
+  *t;
+  requires !requires { T::RowsAtCompileTime; };
+};
+
+/// What every estimator reads of DynamicsTraits<D> is there.
+template <typename D>
+consteval bool require_dynamics() {
+  using Traits = DynamicsTraits<D>;
+  constexpr bool counted = requires { requires Traits::states > 0; };
+  static_assert(counted || !PointsToAModel<D>,
+                "jml: a pointer in place of the dynamics: give the model itself, *model");
+  static_assert(
+      counted,
+      "jml: a dynamics model needs `static constexpr int states` (or a DynamicsTraits specialisation)");
+  static_assert(
+      requires {
+        Traits::disturbances;
+        Traits::controls;
+        Traits::linear;
+        typename Traits::time_domain;
+      },
+      "jml: a specialisation of DynamicsTraits lacks what it should inherit: write `template <> struct "
+      "jml::DynamicsTraits<Yours> : jml::DynamicsDefaults`");
+  if constexpr (requires { Traits::looks_into_struct; }) {
+    constexpr bool data = requires { requires is_data<decltype(&D::disturbance_covariance)>; } ||
+                          requires { requires is_data<decltype(&D::disturbance_spectral_density)>; } ||
+                          requires { requires is_data<decltype(&D::disturbance_bound)>; } ||
+                          requires { requires is_data<decltype(&D::disturbance_input)>; } ||
+                          requires { requires is_data<decltype(&D::disturbance_mean)>; } ||
+                          requires { requires is_data<decltype(&D::dynamics_jacobian)>; };
+    static_assert(!data,
+                  "jml: disturbance_covariance and its like are functions, not data: write a const "
+                  "member function that returns it");
+  }
+  return true;
+}
+
 /// Compile-time checks of a discrete model, each with the user's mistake in words.
 template <typename D>
 consteval bool require_discrete() {
-  static_assert(
-      DynamicsTraits<D>::states > 0,
-      "jml: a dynamics model needs `static constexpr int states` (or a DynamicsTraits specialisation)");
+  static_assert(require_dynamics<D>());
   static_assert(
       DiscreteDynamics<D>,
       "jml: this dynamics model is continuous in time: wrap it in jml::discretize before giving it to a "
@@ -90,9 +127,7 @@ consteval bool require_discrete() {
 
 template <typename D>
 consteval bool require_continuous() {
-  static_assert(
-      DynamicsTraits<D>::states > 0,
-      "jml: a dynamics model needs `static constexpr int states` (or a DynamicsTraits specialisation)");
+  static_assert(require_dynamics<D>());
   static_assert(
       ContinuousDynamics<D>,
       "jml: this dynamics model is discrete in time: a continuous filter wants ẋ = f(x), which says "
@@ -106,11 +141,53 @@ consteval bool require_continuous() {
 
 template <typename S>
 consteval bool require_sensor() {
-  static_assert(SensorTraits<S>::measurements > 0,
+  using Traits = SensorTraits<S>;
+  constexpr bool counted = requires { requires Traits::measurements > 0; };
+  static_assert(counted || !PointsToAModel<S>,
+                "jml: a pointer in place of the sensor: give the sensor itself, *sensor");
+  static_assert(counted,
                 "jml: a sensor needs `static constexpr int measurements` (or a SensorTraits specialisation)");
+  static_assert(
+      requires { Traits::linear; },
+      "jml: a specialisation of SensorTraits lacks what it should inherit: write `template <> struct "
+      "jml::SensorTraits<Yours> : jml::SensorDefaults`");
+  if constexpr (requires { Traits::looks_into_struct; }) {
+    constexpr bool data = requires { requires is_data<decltype(&S::noise_covariance)>; } ||
+                          requires { requires is_data<decltype(&S::noise_spectral_density)>; } ||
+                          requires { requires is_data<decltype(&S::noise_bound)>; } ||
+                          requires { requires is_data<decltype(&S::measurement_jacobian)>; };
+    static_assert(!data,
+                  "jml: noise_covariance and its like are functions, not data: write a const member "
+                  "function that returns it");
+  }
   return true;
 }
 
+/// As many entries as a control has; 0 where that cannot be said.
+template <typename D>
+consteval int entries_of_control() {
+  if constexpr (require_dynamics<D>() && requires { DynamicsTraits<D>::controls; })
+    return DynamicsTraits<D>::controls;
+  else
+    return 0;
+}
+/// As many entries as y has; 1 where that cannot be said.
+template <typename S>
+consteval int entries_of_measurement() {
+  if constexpr (require_sensor<S>() && requires { requires SensorTraits<S>::measurements > 0; })
+    return SensorTraits<S>::measurements;
+  else
+    return 1;
+}
+
 }  // namespace detail
+
+/// What the functions of D may take as their second argument.
+template <typename D, typename Scalar = double>
+using ContextOf = std::type_identity_t<StepContext<Scalar, detail::entries_of_control<D>()>>;
+
+/// A measurement of S as a caller gives it: p entries, or a number where p = 1.
+template <typename S, typename Scalar = double>
+using MeasurementOf = std::type_identity_t<Argument<Scalar, detail::entries_of_measurement<S>()>>;
 
 }  // namespace jml

@@ -24,6 +24,10 @@ struct HeldNoise {};
 /// discretize().
 template <typename Continuous, typename Integrator, typename NoiseModel>
 class Discretized {
+  static_assert(detail::require_dynamics<Continuous>());
+  static_assert(ContinuousDynamics<Continuous>,
+                "jml: discretize makes a step of ẋ = f(x), which says `using time_domain = "
+                "jml::ContinuousTime;`; x⁺ = f(x) goes into a filter as it is");
   using Traits = DynamicsTraits<Continuous>;
   static constexpr int n = Traits::states, q = Traits::disturbances;
   static constexpr bool van_loan = std::is_same_v<NoiseModel, VanLoan>;
@@ -162,7 +166,7 @@ class Discretized {
 /// Discrete dynamics from continuous ones: `jml::discretize<jml::RungeKutta4>(model)`. dt is given at each
 /// step. Integrator: Euler or RungeKutta4 (one step of it), NoiseModel: VanLoan or HeldNoise; any other type
 /// is a compile-time error.
-template <typename Integrator, typename NoiseModel = VanLoan, ContinuousDynamics Continuous>
+template <typename Integrator, typename NoiseModel = VanLoan, typename Continuous>
 [[nodiscard]] Discretized<Continuous, Integrator, NoiseModel> discretize(const Continuous& model) {
   return Discretized<Continuous, Integrator, NoiseModel>(model);
 }

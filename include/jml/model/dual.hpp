@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 #include <compare>
 #include <concepts>
+#include <jml/model/plain_number.hpp>
 
 namespace jml {
 
@@ -21,6 +22,15 @@ struct Dual {
   template <typename Number>
     requires std::convertible_to<Number, Base>
   constexpr Dual(const Number& number) : value(static_cast<Base>(number)) {}  // NOLINT: a constant is a dual
+
+  /// Never: here end std::sin(x), which finds no other way in than by long double, and
+  /// static_cast<double>(x).
+  template <typename Number>
+    requires std::is_arithmetic_v<Number>
+  explicit(!std::same_as<Number, long double>) constexpr operator Number() const {
+    static_assert(detail::refuse_plain_function_of_dual<Base>());
+    return {};
+  }
 
   /// f(value) with the chain rule's slope f'(value).
   constexpr Dual chain(const Base& function, const Base& slope) const {
@@ -57,6 +67,39 @@ struct Dual {
     for (int i = 0; i < n; ++i) out.partial[i] = (a.partial[i] - quotient * b.partial[i]) * inverse;
     return out;
   }
+  // With a plain number, by name: a compiler may not weigh its own operators against a conversion of Dual.
+  template <detail::PlainNumber N>
+  friend constexpr Dual operator+(const Dual& a, N b) {
+    return a + Dual(b);
+  }
+  template <detail::PlainNumber N>
+  friend constexpr Dual operator+(N a, const Dual& b) {
+    return Dual(a) + b;
+  }
+  template <detail::PlainNumber N>
+  friend constexpr Dual operator-(const Dual& a, N b) {
+    return a - Dual(b);
+  }
+  template <detail::PlainNumber N>
+  friend constexpr Dual operator-(N a, const Dual& b) {
+    return Dual(a) - b;
+  }
+  template <detail::PlainNumber N>
+  friend constexpr Dual operator*(const Dual& a, N b) {
+    return a * Dual(b);
+  }
+  template <detail::PlainNumber N>
+  friend constexpr Dual operator*(N a, const Dual& b) {
+    return Dual(a) * b;
+  }
+  template <detail::PlainNumber N>
+  friend constexpr Dual operator/(const Dual& a, N b) {
+    return a / Dual(b);
+  }
+  template <detail::PlainNumber N>
+  friend constexpr Dual operator/(N a, const Dual& b) {
+    return Dual(a) / b;
+  }
   constexpr Dual& operator+=(const Dual& b) { return *this = *this + b; }
   constexpr Dual& operator-=(const Dual& b) { return *this = *this - b; }
   constexpr Dual& operator*=(const Dual& b) { return *this = *this * b; }
@@ -64,6 +107,14 @@ struct Dual {
 
   friend constexpr bool operator==(const Dual& a, const Dual& b) { return a.value == b.value; }
   friend constexpr auto operator<=>(const Dual& a, const Dual& b) { return a.value <=> b.value; }
+  template <detail::PlainNumber N>
+  friend constexpr bool operator==(const Dual& a, N b) {
+    return a == Dual(b);
+  }
+  template <detail::PlainNumber N>
+  friend constexpr auto operator<=>(const Dual& a, N b) {
+    return a <=> Dual(b);
+  }
 };
 
 /// The plain number inside nested duals.

@@ -200,15 +200,25 @@ template <typename B, int n, typename N>
 Dual<B, n> pow(N a, const Dual<B, n>& b) {
   return pow(Dual<B, n>(a), b);
 }
-template <typename B, int n, typename N>
-  requires std::is_arithmetic_v<N>
+template <typename B, int n, detail::PlainNumber N>
 Dual<B, n> max(const Dual<B, n>& a, N b) {
+  static_assert(detail::require_number_for_max<N, decltype(plain_value(B()))>());
   return max(a, Dual<B, n>(b));
 }
-template <typename B, int n, typename N>
-  requires std::is_arithmetic_v<N>
+template <typename B, int n, detail::PlainNumber N>
+Dual<B, n> max(N a, const Dual<B, n>& b) {
+  static_assert(detail::require_number_for_max<N, decltype(plain_value(B()))>());
+  return max(Dual<B, n>(a), b);
+}
+template <typename B, int n, detail::PlainNumber N>
 Dual<B, n> min(const Dual<B, n>& a, N b) {
+  static_assert(detail::require_number_for_max<N, decltype(plain_value(B()))>());
   return min(a, Dual<B, n>(b));
+}
+template <typename B, int n, detail::PlainNumber N>
+Dual<B, n> min(N a, const Dual<B, n>& b) {
+  static_assert(detail::require_number_for_max<N, decltype(plain_value(B()))>());
+  return min(Dual<B, n>(a), b);
 }
 
 }  // namespace jml

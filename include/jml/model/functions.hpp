@@ -21,26 +21,55 @@ inline constexpr int measurements_of = SensorTraits<S>::measurements;
 /// f(x), n. T may be a dual number.
 template <typename T, int n, typename D, typename At>
 JML_INLINE inline Vector<T, n> dynamics(const D& d, const Vector<T, n>& x, const At& at) {
-  static_assert(detail::HasHook<detail::hooks::Dynamics, D, Vector<T, n>, At>,
-                "jml: the model has no dynamics(x) or dynamics(x, at) that is const and accepts "
-                "jml::Vector<T, states>");
-  static_assert(detail::require_value<n, 1, decltype(detail::ask<detail::hooks::Dynamics>(d, x, at))>());
-  return detail::ask<detail::hooks::Dynamics>(d, x, at);
+  using namespace detail;
+  constexpr bool fits = !requires {
+    requires DynamicsTraits<D>::looks_into_struct && takes_other_state<decltype(&D::dynamics), n>;
+  };
+  static_assert(fits, "jml: dynamics(x) takes a state of another size than `states`");
+  if constexpr (!fits) {
+    return {};
+  } else if constexpr (HasHook<hooks::Dynamics, D, Vector<T, n>, At>) {
+    if constexpr (require_value_of<n, T, decltype(ask<hooks::Dynamics>(d, x, at))>())
+      return ask<hooks::Dynamics>(d, x, at);
+    else
+      return {};
+  } else {
+    static_assert(HasHook<hooks::Dynamics, D, Vector<T, n>, At>,
+                  "jml: the model has no dynamics(x) or dynamics(x, at) that is const and accepts "
+                  "jml::Vector<T, states>");
+    return {};
+  }
 }
 
 /// f_x(x), n×n.
 template <typename T, int n, typename D, typename At>
 JML_INLINE inline Matrix<T, n, n> dynamics_jacobian(const D& d, const Vector<T, n>& x, const At& at) {
   const auto given = detail::hook<detail::hooks::DynamicsJacobian>(d);
-  if constexpr (detail::Generic<decltype(given), Vector<T, n>, At>) {
-    static_assert(detail::require_shape<n, n, decltype(given), Vector<T, n>, At>());
-    return detail::call(given, x, at);
+  constexpr bool fits = !requires {
+    requires DynamicsTraits<D>::looks_into_struct &&
+                 detail::takes_other_state<decltype(&D::dynamics_jacobian), n>;
+  };
+  static_assert(fits, "jml: dynamics_jacobian(x) takes a state of another size than `states`");
+  static_assert(
+      !std::is_floating_point_v<T> || !requires { &D::dynamics_jacobian; } ||
+          detail::Callable<decltype(given), Vector<T, n>, At>,
+      "jml: dynamics_jacobian exists but does not accept (x) or (x, at): check its arguments and const");
+  if constexpr (!fits) {
+    return {};
+  } else if constexpr (detail::Generic<decltype(given), Vector<T, n>, At>) {
+    if constexpr (detail::require_shape<n, n, decltype(given), Vector<T, n>, At>())
+      return detail::call(given, x, at);
+    else
+      return {};
+  } else if constexpr (detail::Generic<detail::HookOf<detail::hooks::Dynamics, D>, Vector<Dual<T, n>, n>,
+                                       At>) {
+    return derive_jacobian<n>([&](const auto& z) { return dynamics(d, z, at); }, x);
   } else {
     static_assert(
         detail::Generic<detail::HookOf<detail::hooks::Dynamics, D>, Vector<Dual<T, n>, n>, At>,
         "jml: give the dynamics a dynamics_jacobian(x), or make dynamics(x) a template over the scalar "
         "so that jml can derive it with dual numbers (and take the StepContext as const auto&)");
-    return derive_jacobian<n>([&](const auto& z) { return dynamics(d, z, at); }, x);
+    return {};
   }
 }
 
@@ -104,10 +133,10 @@ Matrix<T, DynamicsTraits<D>::disturbances, DynamicsTraits<D>::disturbances> dist
   constexpr int q = DynamicsTraits<D>::disturbances;
   static_assert(q == 0 || detail::HasHook<detail::hooks::DisturbanceCovariance, D, Vector<T, n>, At>,
                 "jml: discrete dynamics with disturbances need disturbance_covariance(), q×q");
-  if constexpr (q == 0)
-    return {};
-  else
+  if constexpr (q > 0 && detail::HasHook<detail::hooks::DisturbanceCovariance, D, Vector<T, n>, At>)
     return detail::evaluate<detail::hooks::DisturbanceCovariance, q, q>(d, x, at);
+  else
+    return {};
 }
 
 /// Q of continuous dynamics, q×q, a two-sided spectral density.
@@ -117,10 +146,10 @@ Matrix<T, DynamicsTraits<D>::disturbances, DynamicsTraits<D>::disturbances> dist
   constexpr int q = DynamicsTraits<D>::disturbances;
   static_assert(q == 0 || detail::HasHook<detail::hooks::DisturbanceSpectralDensity, D, Vector<T, n>, At>,
                 "jml: continuous dynamics with disturbances need disturbance_spectral_density(), q×q");
-  if constexpr (q == 0)
-    return {};
-  else
+  if constexpr (q > 0 && detail::HasHook<detail::hooks::DisturbanceSpectralDensity, D, Vector<T, n>, At>)
     return detail::evaluate<detail::hooks::DisturbanceSpectralDensity, q, q>(d, x, at);
+  else
+    return {};
 }
 
 /// f(x) + G w̄, n: the prediction, or the mean of ẋ.
@@ -138,12 +167,21 @@ JML_INLINE inline Vector<T, n> predicted_state(const D& d, const Vector<T, n>& x
 /// m(x), p. T may be a dual number.
 template <typename T, int n, typename S, typename At>
 JML_INLINE inline Vector<T, measurements_of<S>> measurement(const S& s, const Vector<T, n>& x, const At& at) {
-  static_assert(
-      detail::HasHook<detail::hooks::Measurement, S, Vector<T, n>, At>,
-      "jml: the sensor's measurement(x) does not accept this model's state: check its size and scalar");
-  static_assert(detail::require_value<measurements_of<S>, 1,
-                                      decltype(detail::ask<detail::hooks::Measurement>(s, x, at))>());
-  return detail::ask<detail::hooks::Measurement>(s, x, at);
+  using namespace detail;
+  constexpr bool fits = !requires {
+    requires SensorTraits<S>::looks_into_struct && takes_other_state<decltype(&S::measurement), n>;
+  };
+  if constexpr (fits && HasHook<hooks::Measurement, S, Vector<T, n>, At>) {
+    if constexpr (require_value_of<measurements_of<S>, T, decltype(ask<hooks::Measurement>(s, x, at))>())
+      return ask<hooks::Measurement>(s, x, at);
+    else
+      return {};
+  } else {
+    static_assert(
+        fits && HasHook<hooks::Measurement, S, Vector<T, n>, At>,
+        "jml: the sensor's measurement(x) does not accept this model's state: check its size and scalar");
+    return {};
+  }
 }
 
 /// m_x(x), p×n.
@@ -151,15 +189,31 @@ template <typename T, int n, typename S, typename At>
 JML_INLINE inline Matrix<T, measurements_of<S>, n> measurement_jacobian(const S& s, const Vector<T, n>& x,
                                                                         const At& at) {
   const auto given = detail::hook<detail::hooks::MeasurementJacobian>(s);
-  if constexpr (detail::Generic<decltype(given), Vector<T, n>, At>) {
-    static_assert(detail::require_shape<measurements_of<S>, n, decltype(given), Vector<T, n>, At>());
-    return detail::call(given, x, at);
+  constexpr bool fits = !requires {
+    requires SensorTraits<S>::looks_into_struct &&
+                 detail::takes_other_state<decltype(&S::measurement_jacobian), n>;
+  };
+  static_assert(fits, "jml: measurement_jacobian(x) takes a state of another size than the model's");
+  static_assert(
+      !std::is_floating_point_v<T> || !requires { &S::measurement_jacobian; } ||
+          detail::Callable<decltype(given), Vector<T, n>, At>,
+      "jml: measurement_jacobian exists but does not accept (x) or (x, at): check its arguments and const");
+  if constexpr (!fits) {
+    return {};
+  } else if constexpr (detail::Generic<decltype(given), Vector<T, n>, At>) {
+    if constexpr (detail::require_shape<measurements_of<S>, n, decltype(given), Vector<T, n>, At>())
+      return detail::call(given, x, at);
+    else
+      return {};
+  } else if constexpr (detail::Generic<detail::HookOf<detail::hooks::Measurement, S>, Vector<Dual<T, n>, n>,
+                                       At>) {
+    return derive_jacobian<measurements_of<S>>([&](const auto& z) { return measurement(s, z, at); }, x);
   } else {
     static_assert(
         detail::Generic<detail::HookOf<detail::hooks::Measurement, S>, Vector<Dual<T, n>, n>, At>,
         "jml: give the sensor a measurement_jacobian(x), or make measurement(x) a template over the "
         "scalar so that jml can derive it with dual numbers");
-    return derive_jacobian<measurements_of<S>>([&](const auto& z) { return measurement(s, z, at); }, x);
+    return {};
   }
 }
 
@@ -220,7 +274,10 @@ JML_INLINE inline Matrix<T, measurements_of<S>, measurements_of<S>> noise_covari
                                                                                      const At& at) {
   static_assert(detail::HasHook<detail::hooks::NoiseCovariance, S, Vector<T, n>, At>,
                 "jml: a sensor needs noise_covariance(), p×p, as (), (x) or (x, at), const");
-  return detail::evaluate<detail::hooks::NoiseCovariance, measurements_of<S>, measurements_of<S>>(s, x, at);
+  if constexpr (detail::HasHook<detail::hooks::NoiseCovariance, S, Vector<T, n>, At>)
+    return detail::evaluate<detail::hooks::NoiseCovariance, measurements_of<S>, measurements_of<S>>(s, x, at);
+  else
+    return {};
 }
 
 /// R of a measurement in continuous time, p×p, a two-sided spectral density.
@@ -231,8 +288,11 @@ JML_INLINE inline Matrix<T, measurements_of<S>, measurements_of<S>> noise_spectr
       detail::HasHook<detail::hooks::NoiseSpectralDensity, S, Vector<T, n>, At>,
       "jml: a sensor in continuous time needs noise_spectral_density(), p×p, as (), (x) or (x, at), "
       "const");
-  return detail::evaluate<detail::hooks::NoiseSpectralDensity, measurements_of<S>, measurements_of<S>>(s, x,
-                                                                                                       at);
+  if constexpr (detail::HasHook<detail::hooks::NoiseSpectralDensity, S, Vector<T, n>, At>)
+    return detail::evaluate<detail::hooks::NoiseSpectralDensity, measurements_of<S>, measurements_of<S>>(s, x,
+                                                                                                         at);
+  else
+    return {};
 }
 
 }  // namespace jml

@@ -25,4 +25,13 @@ struct Sensors {
 template <typename... S>
 inline constexpr Sensors<S...> sensors{};
 
+namespace detail {
+
+template <typename List>
+inline constexpr bool is_list_of_sensors = false;
+template <typename... S>
+inline constexpr bool is_list_of_sensors<Sensors<S...>> = true;
+
+}  // namespace detail
+
 }  // namespace jml

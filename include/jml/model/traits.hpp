@@ -26,10 +26,12 @@ struct DiscreteTime {};
 
 namespace detail {
 
-// 0 where a struct does not have it: the concepts then say what it is not, in words.
+// 0 where a struct does not have it, or not as a constant: the concepts then say what it is not, in words.
 template <typename Model>
 constexpr int count_of_states() {
-  if constexpr (requires { Model::states; })
+  if constexpr (requires { requires std::is_member_pointer_v<decltype(&Model::states)>; })
+    return 0;
+  else if constexpr (requires { std::integral_constant<int, Model::states>(); })
     return Model::states;
   else
     return 0;
@@ -37,7 +39,9 @@ constexpr int count_of_states() {
 
 template <typename Model>
 constexpr int count_of_measurements() {
-  if constexpr (requires { Model::measurements; })
+  if constexpr (requires { requires std::is_member_pointer_v<decltype(&Model::measurements)>; })
+    return 0;
+  else if constexpr (requires { std::integral_constant<int, Model::measurements>(); })
     return Model::measurements;
   else
     return 0;
@@ -45,7 +49,9 @@ constexpr int count_of_measurements() {
 
 template <typename Model>
 constexpr int controls_of() {
-  if constexpr (requires { Model::controls; })
+  if constexpr (requires { requires std::is_member_pointer_v<decltype(&Model::controls)>; })
+    return 0;
+  else if constexpr (requires { std::integral_constant<int, Model::controls>(); })
     return Model::controls;
   else
     return 0;
@@ -157,6 +163,8 @@ struct DynamicsDefaults {
 /// Dynamics x⁺ = f(x) + G (w̄ + w), cov w = Q; or ẋ = f(x) + G w with spectral density Q of w.
 template <typename Model>
 struct DynamicsTraits : DynamicsDefaults {
+  static constexpr bool looks_into_struct =
+      true;  ///< a specialisation says nothing of the struct's own names
   static constexpr int states = detail::count_of_states<Model>();  ///< n
   static constexpr int disturbances =
       detail::disturbances_of<Model>();  ///< q; default: n with a covariance or a bound, else 0
@@ -216,6 +224,7 @@ struct SensorDefaults {
 /// of spectral density R (noise_spectral_density).
 template <typename Model>
 struct SensorTraits : SensorDefaults {
+  static constexpr bool looks_into_struct = true;
   static constexpr int measurements = detail::count_of_measurements<Model>();  ///< p
   static constexpr bool linear = detail::is_linear<Model>();                   ///< promises m_x constant in x
 };

@@ -111,11 +111,11 @@ JML_INLINE inline bool is_valid(const Matrix<Scalar, n, n>& P) {
   return all_finite(P);
 }
 
-template <typename Rule, bool linear>
+template <typename Rule, typename Traits>
 consteval bool require_linear_if_kalman() {
   if constexpr (requires { Rule::linear_only; }) {
     static_assert(
-        linear,
+        Traits::linear,
         "jml: Kalman is for linear models: say `static constexpr bool linear = true;` in it, or use Ekf");
   }
   return true;
