@@ -32,6 +32,12 @@ struct Dual {
     return {};
   }
 
+  /// The same derivatives of another value.
+  constexpr Dual with(const Base& other) const {
+    Dual out = *this;
+    out.value = other;
+    return out;
+  }
   /// f(value) with the chain rule's slope f'(value).
   constexpr Dual chain(const Base& function, const Base& slope) const {
     Dual out(function);
@@ -70,31 +76,31 @@ struct Dual {
   // With a plain number, by name: a compiler may not weigh its own operators against a conversion of Dual.
   template <detail::PlainNumber N>
   friend constexpr Dual operator+(const Dual& a, N b) {
-    return a + Dual(b);
+    return a.with(a.value + Base(b));
   }
   template <detail::PlainNumber N>
   friend constexpr Dual operator+(N a, const Dual& b) {
-    return Dual(a) + b;
+    return b.with(Base(a) + b.value);
   }
   template <detail::PlainNumber N>
   friend constexpr Dual operator-(const Dual& a, N b) {
-    return a - Dual(b);
+    return a.with(a.value - Base(b));
   }
   template <detail::PlainNumber N>
   friend constexpr Dual operator-(N a, const Dual& b) {
-    return Dual(a) - b;
+    return b.chain(Base(a) - b.value, Base(-1));
   }
   template <detail::PlainNumber N>
   friend constexpr Dual operator*(const Dual& a, N b) {
-    return a * Dual(b);
+    return a.chain(a.value * Base(b), Base(b));
   }
   template <detail::PlainNumber N>
   friend constexpr Dual operator*(N a, const Dual& b) {
-    return Dual(a) * b;
+    return b.chain(Base(a) * b.value, Base(a));
   }
   template <detail::PlainNumber N>
   friend constexpr Dual operator/(const Dual& a, N b) {
-    return a / Dual(b);
+    return a.chain(a.value / Base(b), Base(1) / Base(b));
   }
   template <detail::PlainNumber N>
   friend constexpr Dual operator/(N a, const Dual& b) {
