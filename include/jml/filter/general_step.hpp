@@ -6,6 +6,7 @@
 /// Sizes are run-time numbers and the memory is the caller's, as in filter/extended_step.hpp.
 #pragma once
 
+#include <jml/matrix.hpp>
 #include <jml/twofold.hpp>
 
 namespace jml::detail {
@@ -143,5 +144,30 @@ class GeneralStep {
   T *P_, *N_, *work_, *ND_, *S_, *K_, *EN_, *x_;
   int* order_;
 };
+
+/// P⁺, N and K of a nonsymmetric rule from P by slots A, B, D, E, in twice the digits. False where S is
+/// singular.
+template <typename Scalar, int n, int p>
+[[nodiscard]] JML_RARE bool general_riccati_in_two(
+    const Matrix<Scalar, n, n>& P, const Matrix<Scalar, n, n>& A, const Matrix<Scalar, n, n>& B,
+    const Matrix<Scalar, n, n>& C, const Matrix<Scalar, p, n>& D, const Matrix<Scalar, p, n>& E,
+    const Matrix<Scalar, p, p>& R, Matrix<Scalar, n, n>& N, Matrix<Scalar, n, n>& next,
+    Matrix<Scalar, n, p>& gain) {
+  GeneralMemory<Scalar, n, p> memory;
+  GeneralStep<Scalar> two(memory);
+  const Vector<Scalar, n> x = kernel::zeros<Vector<Scalar, n>>();
+  const Vector<Scalar, p> e = kernel::zeros<Vector<Scalar, p>>();
+  two.load(P.data());
+  two.move(A.data(), B.data(), C.data());
+  if (!two.correct(D.data(), E.data(), R.data(), x.data(), e.data())) return false;
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      next(i, j) = two.P(i, j);
+      N(i, j) = two.N(i, j);
+    }
+    for (int l = 0; l < p; ++l) gain(i, l) = two.K(i, l);
+  }
+  return true;
+}
 
 }  // namespace jml::detail

@@ -145,12 +145,6 @@ template <typename Step>
   return kernel::dot(start.visit.innovation, start.visit.weighted_innovation) / typename Step::X::Scalar(2);
 }
 
-/// The first attempt took long.
-template <typename Step>
-[[nodiscard]] bool wandered(const Root<Step>& root) {
-  return root.iterations > 7;
-}
-
 /// The columns of L along which the models bend most at the start, the most bent first: `count` of them.
 template <typename Step, typename Scalar, int n>
 [[nodiscard]] JML_RARE int most_bent_axes(const WhitenedStep<Step, Scalar, n>& whitened,
@@ -179,10 +173,10 @@ template <typename Step, typename Scalar, int n>
 /// from options.starts points about x̂.
 template <typename Rule, typename Step, typename Scalar>
 JML_RARE Root<Step> seek_minimum(const Rule& rule, const Step& step, const typename Step::X& prediction,
-                                 Scalar tolerance, const Root<Step>& start, Root<Step> root) {
+                                 Scalar tolerance, const Root<Step>& start, Root<Step> root, bool took_long) {
   constexpr int n = static_cast<int>(Step::X::RowsAtCompileTime);
   const bool may_descend = rule.options.use_fallback, failed = !usable(root.status);
-  const bool took_long = wandered(root), by_fallback = root.solver == Rule::Fallback::solver;
+  const bool by_fallback = root.solver == Rule::Fallback::solver;
   const auto make_sure = [&](const Root<Step>& of) {
     const Bend<Step> bend(step, of.z, of.visit);
     return bend.is_slight(step, of.visit) ? of : leave_saddle(rule, step, tolerance, of, may_descend);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <jml/filter/one_pass.hpp>
+#include <jml/iterated/digits.hpp>
 #include <jml/iterated/rules.hpp>
 
 namespace jml {
@@ -15,123 +16,6 @@ enum class Digits : std::uint8_t {
   held,     ///< or refused: the report says it
   too_few,  ///< the step can be done over again in twice as many
 };
-
-/// What the rounding of N may have grown by in P⁺ = L D Lᵀ (lower triangle read), in its worst direction, and
-/// in `spread` that of P⁺ itself. Infinite where a pivot is not positive.
-///
-/// An entry of P⁺ is right to some ε √(N_ii N_jj). What that makes of a pivot D_i is not ε N_ii alone: it is
-/// vᵀ P⁺ v with row i of L⁻¹ as v, and takes ε Σ v_j² N_jj from all states before, s_i = N_ii + Σ_k L_ik²
-/// s_k. A pivot that is lost is made of that, and would look large enough beside its own N_ii.
-template <typename Scalar, int n>
-[[nodiscard]] JML_INLINE inline Scalar growth_of(const Matrix<Scalar, n, n>& P, const Matrix<Scalar, n, n>& N,
-                                                 Scalar& spread) {
-  Matrix<Scalar, n, n> L;
-  Scalar sums[n], own[n], grown = 0, lowest = std::numeric_limits<Scalar>::max();
-  spread = 0;
-  const auto column = [&](int j, Scalar pivot) JML_INLINE {  // of pivot j, once row j of L is there
-    const Scalar inverse = Scalar(1) / pivot;
-    lowest = pivot < lowest ? pivot : lowest;
-    sums[j] = N(j, j);
-    own[j] = P(j, j);
-    kernel::repeat<n, 8>([&](int k) JML_INLINE {
-      if (k >= j) return;
-      const Scalar square = L(j, k) * L(j, k);
-      sums[j] += square * sums[k];
-      own[j] += square * own[k];
-    });
-    grown += sums[j] * inverse;  // the sum, which no NaN escapes, for the largest
-    spread += own[j] * inverse;
-    return inverse;
-  };
-  if constexpr (n <= 8) {  // written out, in packets of the whole column
-    kernel::Column<Scalar, n> entries[n], one;
-    Scalar pivots[n];
-    kernel::repeat<n, 8>([&](int j) JML_INLINE {
-      one.load(&P(0, j));
-      kernel::repeat<n, 8>([&](int k) JML_INLINE {
-        if (k < j) one.subtract(entries[k], L(j, k));
-      });
-      one.store(pivots);
-      entries[j] = one;
-      one.scale(column(j, pivots[j]));
-      one.store(&L(0, j));
-    });
-  } else {
-    Matrix<Scalar, n, n> entries;
-    for (int j = 0; j < n; ++j) {
-      for (int i = j; i < n; ++i) entries(i, j) = P(i, j);
-      for (int k = 0; k < j; ++k) {
-        for (int i = j; i < n; ++i) entries(i, j) -= entries(i, k) * L(j, k);
-      }
-      const Scalar inverse = column(j, entries(j, j));
-      for (int i = j; i < n; ++i) L(i, j) = entries(i, j) * inverse;
-    }
-  }
-  return lowest >= least_variance<Scalar> ? grown : std::numeric_limits<Scalar>::infinity();
-}
-
-/// The same where a state is known exactly, its variance zero in N too: then it counts for nothing.
-template <typename Scalar, int n>
-[[nodiscard]] JML_NOINLINE Scalar growth_with_zeros(const Matrix<Scalar, n, n>& P,
-                                                    const Matrix<Scalar, n, n>& N, Scalar& spread) {
-  Matrix<Scalar, n, n> kept = P, from = N;
-  for (int i = 0; i < n; ++i) {
-    bool zero = N(i, i) == Scalar(0);
-    for (int j = 0; j < n; ++j) zero = zero && (i > j ? P(i, j) : P(j, i)) == Scalar(0);
-    if (zero) kept(i, i) = from(i, i) = Scalar(1);
-  }
-  return growth_of(kept, from, spread);
-}
-
-/// The most of it that a dense P can bear.
-template <typename Scalar>
-inline constexpr Scalar worst_growth = iterated_error<Scalar> / std::numeric_limits<Scalar>::epsilon();
-
-/// What the rounding of the prior may be in N = A P Aᵀ + G Q Gᵀ. A correction alone has no such product.
-template <typename D, typename Prior>
-[[nodiscard]] JML_INLINE inline auto growth_before(const Prior& prior) {
-  if constexpr (std::is_same_v<D, Stay<Prior::states>>)
-    return typename Prior::Scalar(1);
-  else
-    return spread_of(prior);
-}
-
-/// The digits of S suffice for the gate's question: neither its sums nor its inverse cancel all but a few.
-template <typename Visit, typename Scalar, int n, int p>
-[[nodiscard]] JML_NOINLINE bool gate_has_digits(const Visit& at, const Matrix<Scalar, n, n>& P,
-                                                const Matrix<Scalar, n, n>& noise,
-                                                const Matrix<Scalar, p, p>& S, Scalar growth) {
-  kernel::SymmetricFactor<Scalar, p> factor;
-  if (!factor.factor(S)) return false;
-  Matrix<Scalar, n, n> fP, N;
-  kernel::product(at.f_x, P, fP);
-  kernel::add_symmetric_product<1>(noise, fP, at.f_x, N);  // N = f_x P f_xᵀ + C
-  for (int i = 0; i < p; ++i) {
-    Scalar terms = 0;  // S_ii, had nothing cancelled
-    for (int j = 0; j < n; ++j) terms += std::abs(at.m_x(i, j)) * std::sqrt(std::abs(N(j, j)));
-    terms = S(i, i) > terms * terms ? S(i, i) : terms * terms;
-    if (!(growth * terms * factor.inverse_diagonal(i) <= worst_growth<Scalar>)) return false;
-  }
-  return true;
-}
-
-/// Where no root was found: the prediction's P or S have lost their digits.
-template <typename Step, typename Scalar>
-[[nodiscard]] JML_NOINLINE bool short_of_digits(const Step& step, const typename Step::Visit& at,
-                                                Scalar growth) {
-  constexpr int n = static_cast<int>(Step::X::RowsAtCompileTime), p = Step::p;
-  Matrix<Scalar, n, n> fP, N, P;
-  Matrix<Scalar, p, p> S;
-  Matrix<Scalar, n, p> gain;
-  Scalar condition = 0;
-  kernel::product(at.f_x, step.prior.P, fP);
-  kernel::add_symmetric_product<1>(step.noise, fP, at.f_x, N);  // N = f_x P f_xᵀ + C
-  if (!all_finite(N) || !all_finite(at.m_x)) return false;
-  if (!correct_riccati<true>(N, at.m_x, at.m_x, step.R, S, gain, P, condition)) return true;
-  Scalar spread = 0;
-  kernel::mirror(P);
-  return !((growth + condition) * growth_with_zeros(P, N, spread) <= worst_growth<Scalar>);
-}
 
 /// How much of a joint step is done.
 enum class Extent : std::uint8_t {
@@ -210,6 +94,12 @@ template <Extent extent = Extent::all, typename Rule, typename D, typename S, ty
       return;
     }
 
+    if constexpr (Inner::symmetric && extent == Extent::all) {
+      bool far = false;  // a sensor so fine that the digits may not suffice: ask before the iteration
+      for (int i = 0; i < p; ++i) far |= !(report.innovation_matrix(i, i) <= fine_sensor<Scalar> * R(i, i));
+      if (far && short_of_digits(step, start.visit, growth_before<D>(prior)))
+        return too_few(Status::not_converged);
+    }
     const bool symmetric_prior = Inner::symmetric || is_symmetric(prior.P);
     const Root<Step> root = solve_joint_step(rule, step, prediction, symmetric_prior, start);
     report.solver = root.solver;
@@ -253,9 +143,10 @@ template <Extent extent = Extent::all, typename Rule, typename D, typename S, ty
     }
     Matrix<Scalar, p, p> S_root;
     Scalar condition = 0;
-    const bool regular = correct_riccati<Inner::symmetric>(
-        N, sensor_slot_at_root.template operator()<Inner::D>(),
-        sensor_slot_at_root.template operator()<Inner::E>(), R, S_root, report.gain, P, condition);
+    const Matrix<Scalar, p, n> slot_d = sensor_slot_at_root.template operator()<Inner::D>(),
+                               slot_e = sensor_slot_at_root.template operator()<Inner::E>();
+    const bool regular =
+        correct_riccati<Inner::symmetric>(N, slot_d, slot_e, R, S_root, report.gain, P, condition);
     if (!regular) {
       if (!all_finite(S_root)) return void(answer(Status::sensor_not_finite));
       if constexpr (Inner::symmetric) {
@@ -286,6 +177,13 @@ template <Extent extent = Extent::all, typename Rule, typename D, typename S, ty
       }
     } else {
       report.rounding = epsilon * condition * largest_loss(N, P);
+      if (!(report.rounding <= plain_error<Scalar>)) {
+        report.redone = true;
+        if (!general_riccati_in_two(prior.P, A, slot.template operator()<Inner::B>(), noise, slot_d, slot_e,
+                                    R, N, P, report.gain))
+          return void(answer(Status::singular_innovation));
+        report.rounding = extended_epsilon<Scalar> * largest_loss(N, P);
+      }
       if (!(report.rounding <= worst_error<Scalar> && all_finite(P) && all_finite(x)))
         return void(answer(Status::covariance_lost));
     }

@@ -25,6 +25,8 @@ JML_INLINE inline Root<Step> iterate(const Rule& rule, const Step& step, const t
   root.solver = picard ? Solver::picard : Solver::anderson;
   root.residual = step.scaled(root.visit.residual);
   bool settled = false;
+  Scalar shortest = std::numeric_limits<Scalar>::infinity();
+  int no_shorter = 0;  // sweeps in a row that moved as far as those before
   while (true) {
     if ((root.residual <= tolerance || settled) && !options.accept_at_limit) {
       root.status = step.verdict(root.z, root.visit, root.residual, tolerance);
@@ -48,7 +50,12 @@ JML_INLINE inline Root<Step> iterate(const Rule& rule, const Step& step, const t
       if (all_finite(plain)) root.status = Status::accepted_at_limit;
       break;
     }
-    settled = step.moved(plain, root.z) <= tolerance;  // no sweep will move it any more
+    const Scalar move = step.moved(plain, root.z);
+    no_shorter = move < shortest / Scalar(2) ? 0 : no_shorter + 1;
+    shortest = move < shortest ? move : shortest;
+    settled = move <= tolerance;                                    // no sweep will move it any more
+    root.stalled = no_shorter > 1 && move <= std::sqrt(tolerance);  // nor any less far: rounding moves it
+    if (root.stalled && !options.accept_at_limit) break;
     if constexpr (picard)
       kernel::assign(root.z, plain);
     else
@@ -110,6 +117,7 @@ JML_NOINLINE Root<Step> solve_joint_step(const Rule& rule, const Step& step,
       break;
   }
   judge_cost(root);
+  const bool took_long = root.stalled ? root.iterations > 12 : root.iterations > 7 || !usable(root.status);
   if (!usable(root.status) && options.use_fallback && !options.accept_at_limit) {
     root = use_fallback_solver(rule, step, prediction, tolerance, root);
     judge_cost(root);
@@ -121,8 +129,8 @@ JML_NOINLINE Root<Step> solve_joint_step(const Rule& rule, const Step& step,
   if constexpr (Bend<Step>::of_m || Bend<Step>::of_f) {
     const bool found = usable(root.status), searched = options.use_fallback && !options.accept_at_limit;
     if (symmetric_prior && root.status != Status::accepted_at_limit &&
-        (found ? wandered(root) || !bends_little(step, root.z, root.visit) : searched)) {
-      root = seek_minimum(rule, step, prediction, tolerance, start, root);
+        (found ? took_long || !bends_little(step, root.z, root.visit) : searched)) {
+      root = seek_minimum(rule, step, prediction, tolerance, start, root, took_long);
       if (!found) judge_cost(root);
     }
   }

@@ -51,6 +51,7 @@ struct Root {
   Status status = Status::not_converged;
   Solver solver = Solver::none;
   int iterations = 0;
+  bool stalled = false;  // the iteration is near the root, and rounding keeps it from the tolerance
   Scalar residual = 0, cost = 0;
 };
 
