@@ -119,12 +119,14 @@ class SmootherMemory {
 
   /// In the digits of Scalar; false where they do not suffice. What rounding of Λ changes in any P_s is at
   /// most the sum of tr(ε diag(Λ) P_s) over the later nodes, see count_rounding(); and it is multiplied by P
-  /// here.
+  /// here. What that of λ changes in any x is, in its deviations, at most the sum of ε |terms of λ|ᵀ
+  /// √diag(P_s).
   [[nodiscard]] bool smooth_here() {
     // Less than P asks for: x moves by as many deviations as later measurements say, each of them as wrong.
     constexpr Scalar most = Scalar(4e-4) * most_noise<Scalar> / std::numeric_limits<Scalar>::epsilon();
+    constexpr Scalar most_of_x = plain_error<Scalar> / std::numeric_limits<Scalar>::epsilon();
     CostToGo<Scalar, n> v;
-    Scalar noise = 0;
+    Scalar noise = 0, noise_of_x = 0;
     const auto rounding = [](const auto& weights, const auto& P) {
       Scalar sum = 0;
       for (int i = 0; i < n; ++i) sum += weights(i) * P(i, i);
@@ -134,19 +136,32 @@ class SmootherMemory {
       const Record& record = node(k).record;
       // v is about the filter's estimate here; the record is about its prediction.
       const Vector<Scalar, n> off = node(k).filtered.x - record.prediction;
+      const auto count_slope = [&](int i, Scalar terms, const Matrix<Scalar, n, n>& P) {
+        noise_of_x += terms * std::sqrt(P(i, i));
+      };
+      for (int i = 0; i < n; ++i) {
+        Scalar terms = std::abs(v.slope(i));
+        for (int j = 0; j < n; ++j) terms += std::abs(v.information(i, j) * off(j));
+        for (int j = 0; j < record.rows; ++j) terms += std::abs(record.H(i, j) * record.e(j) / record.r(j));
+        count_slope(i, terms, node(k).smoothed.P);
+      }
       v.slope = v.slope - v.information * off;
       Vector<Scalar, n> sizes = kernel::diagonal(v.information), moved = kernel::zeros<Vector<Scalar, n>>();
       for (int i = 0; i < n; ++i) {
         for (int j = 0; j < record.rows; ++j) sizes(i) += record.H(i, j) * record.H(i, j) / record.r(j);
       }
-      noise += rounding(sizes, node(k).smoothed.P);
+      const Scalar own = rounding(sizes, node(k).smoothed.P);
       for (int i = 0; i < n; ++i) {
         for (int j = 0; j < n; ++j) moved(i) += record.transition(j, i) * record.transition(j, i) * sizes(j);
       }
       Node& before = node(k - 1);
-      if (!record.pass(v) || !condition(before.filtered.P, v.information, before.smoothed.P)) return false;
-      noise += rounding(moved, before.smoothed.P);
+      Scalar grown = 1;
+      if (!record.pass(v, grown) || !condition(before.filtered.P, v.information, before.smoothed.P))
+        return false;
+      noise += grown * (own + rounding(moved, before.smoothed.P));
+      for (int i = 0; i < n; ++i) count_slope(i, std::abs(v.slope(i)), before.smoothed.P);
       before.smoothed.x = before.filtered.x - before.smoothed.P * v.slope;
+      if (!(noise_of_x <= most_of_x)) return false;
       if (!(noise <= most && rounding(v.information.diagonal(), before.filtered.P) <= most)) return false;
       if (!all_finite(before.smoothed.x)) return false;
     }

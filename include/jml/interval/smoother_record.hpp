@@ -42,13 +42,25 @@ struct SmootherRecord {
   }
 
   /// From the cost to go about the prediction here to that about the estimate of the instant before.
-  [[nodiscard]] bool pass(CostToGo<Scalar, n>& v) const {
+  /// `condition`: of C = I + Bᵀ Λ B, by its pivots, as many times as much rounding of Λ is left in what goes
+  /// on.
+  [[nodiscard]] bool pass(CostToGo<Scalar, n>& v, Scalar& condition) const {
     for (int i = 0; i < rows; ++i) {
       for (int k = 0; k < n; ++k) {
         const Scalar weighted = H(k, i) / r(i);
         for (int j = 0; j < n; ++j) v.information(j, k) += H(j, i) * weighted;
         v.slope(k) -= weighted * e(i);
       }
+    }
+    condition = 1;
+    if constexpr (Root::q > 1) {
+      Matrix<Scalar, n, Root::q> U;
+      Matrix<Scalar, Root::q, Root::q> C = kernel::identity<Matrix<Scalar, Root::q, Root::q>>();
+      kernel::product(v.information, B, U);
+      kernel::add_symmetric_transposed_product<1>(C, B, U, C);
+      kernel::SymmetricFactor<Scalar, Root::q> factor;
+      if (!factor.factor(C)) return false;
+      for (int i = 0; i < Root::q; ++i) condition = std::max(condition, C(i, i) * factor.inverse_diagonal(i));
     }
     Feedback<Scalar, n, Root::q> law;
     PassSums<Scalar> sums;
