@@ -263,6 +263,66 @@ TEST(Minima, NeverAPlantedSaddle) {
   expect_minima<6>(6, 300);
 }
 
+/// x⁺ = c x² beside y = x⁺: f alone bends.
+struct Parabola {
+  static constexpr int states = 1, disturbances = 1;
+  double c = 1, q = 0.02;
+  template <typename T>
+  jml::Vector<T, 1> dynamics(const jml::Vector<T, 1>& x) const {
+    return jml::Vector<T, 1>(c * x(0) * x(0));
+  }
+  Mat<1, 1> disturbance_input() const { return Mat<1, 1>(1); }
+  Mat<1, 1> disturbance_covariance() const { return Mat<1, 1>(q); }
+};
+struct State {
+  static constexpr int measurements = 1;
+  static constexpr bool linear = true;
+  double r = 0.03;
+  template <typename T>
+  jml::Vector<T, 1> measurement(const jml::Vector<T, 1>& x) const {
+    return x;
+  }
+  Mat<1, 1> noise_covariance() const { return Mat<1, 1>(r); }
+};
+// With x_1 at its best, J = ½ x_s²/P + ½ (y - c x_s²)²/(Q + R), stationary at the prior x_s = 0 for every y,
+// of curvature 1/P - 2 c y/(Q + R): a maximum between two minima x_s² = (y - (Q + R)/(2 c P))/c where that is
+// positive, else the only minimum.
+TEST(Minima, ThatFAloneBends) {
+  constexpr double S = 0.05;  // Q + R
+  for (const double c : {1.0, -0.5}) {
+    for (const double P : {0.25, 4.0}) {
+      for (const double y : {1.0, 0.3, 0.01, 0.002, -0.01, -0.3, -1.0}) {
+        const Parabola model{c};
+        const double square = std::max(0.0, (y - S / (2 * c * P)) / c), least = std::sqrt(square),
+                     f = c * square, cost = square / (2 * P) + (y - f) * (y - f) / (2 * S),
+                     next = f + 0.02 / S * (y - f);
+        const jml::Estimate<double, 1> origin{0.0, P};
+        const auto expect_least = [&](const char* who, Status status, double J, double smoothed, double x) {
+          SCOPED_TRACE(who);
+          EXPECT_TRUE(jml::usable(status) && (least > 0 || status == Status::ok)) << jml::describe(status);
+          EXPECT_NEAR(J, cost, 1e-9 * (1 + cost));
+          if (least == 0) {
+            EXPECT_EQ(smoothed, 0);
+          }
+          EXPECT_NEAR(std::abs(smoothed), least, 1e-6);
+          EXPECT_NEAR(x, next, 1e-6);
+        };
+        SCOPED_TRACE("c " + std::to_string(c) + ", P " + std::to_string(P) + ", y " + std::to_string(y));
+        jml::Filter filter{jml::IteratedJml{}, model, origin};
+        const auto step = filter.step(State{}, y);
+        expect_least("IteratedJml", step.status, step.cost, step.smoothed(0), filter.x()(0));
+        jml::Filter lag{jml::FixedLag<3>{}, model, jml::Sensors<State>{}, origin};
+        const auto lagged = lag.step(State{}, y);
+        expect_least("FixedLag", lagged.status, lagged.cost, lag.x(1)(0), lag.x()(0));
+        jml::Batch batch{model, jml::Sensors<State>{}, origin, {.steps = 1, .measurements = 1}};
+        ASSERT_EQ(batch.step(State{}, y).status, Status::ok);
+        const auto solved = batch.solve();
+        expect_least("Batch", solved.status, solved.cost, batch.x(0)(0), batch.x(1)(0));
+      }
+    }
+  }
+}
+
 /// The least J of ½ (x - x̂)²/P + ½ (y - x²)²/R, of all real roots of its derivative by bisection between the
 /// turning points of that cubic.
 double least_cost(double prior, double P, double R, double y) {
