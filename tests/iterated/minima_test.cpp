@@ -418,4 +418,52 @@ TEST(Minima, SeveralStartsOfAnInterval) {
   EXPECT_GT(best.iterations, alone.iterations);
 }
 
+/// A folded m: its roots lie in several valleys of J.
+struct Waves {
+  static constexpr int measurements = 1;
+  double frequency = 3, r = 0.01;
+  template <typename T>
+  jml::Vector<T, 1> measurement(const jml::Vector<T, 1>& x) const {
+    using std::sin;
+    return jml::Vector<T, 1>(x(0) + sin(frequency * x(0)));
+  }
+  Mat<1, 1> noise_covariance() const { return Mat<1, 1>(r); }
+};
+// No answer has a J above that of the prediction.
+TEST(Minima, NeverAboveThePrediction) {
+  jml::Noise noise(43);
+  int answered = 0;
+  constexpr int runs = 5000;
+  for (int k = 0; k < runs; ++k) {
+    const Waves waves{1 + 4 * std::abs(noise.normal()), std::exp(2 * noise.normal() - 2)};
+    const double prior = noise.normal(), y = prior + 2 * noise.normal();
+    const double P = std::exp(noise.normal()), miss = y - prior - std::sin(waves.frequency * prior);
+    jml::Filter filter{jml::IteratedJml{}, Rest<1>{}, jml::Estimate<double, 1>{prior, P}};
+    const auto report = filter.update(waves, y);
+    if (!jml::usable(report.status)) continue;
+    ++answered;
+    EXPECT_LE(report.cost, miss * miss / (2 * waves.r) * (1 + 1e-9)) << k;
+  }
+  EXPECT_GT(answered, runs - runs / 100);
+}
+
+/// y = x_0².
+struct SquareOfFirst : Square {
+  template <typename T>
+  jml::Vector<T, 1> measurement(const jml::Vector<T, 2>& x) const {
+    return jml::Vector<T, 1>(x(0) * x(0));
+  }
+};
+// With a P that is not symmetric there is no (11), and no minimum to look for: the root of (9) is the answer.
+TEST(Minima, OfASymmetricPAlone) {
+  for (const double skew : {0.0, 0.5}) {
+    Mat<2, 2> P;
+    P << 4, skew, -skew, 4;
+    jml::Filter filter{jml::IteratedJml{}, Rest<2>{}, jml::Estimate<double, 2>{Vec<2>(0, 1), P}};
+    const auto report = filter.update(SquareOfFirst{}, 1.0);
+    ASSERT_TRUE(jml::usable(report.status)) << jml::describe(report.status);
+    EXPECT_NEAR(std::abs(filter.x()(0)), skew == 0 ? 0.9994 : 0, 1e-3);
+  }
+}
+
 }  // namespace
