@@ -447,6 +447,26 @@ TEST(Minima, NeverAboveThePrediction) {
   EXPECT_GT(answered, runs - runs / 100);
 }
 
+// As many starts as an int can count are those that there are, and find more than none.
+TEST(Minima, AsManyStartsAsThereAre) {
+  jml::Noise noise(44);
+  int better = 0;
+  for (int k = 0; k < 1000; ++k) {
+    const Waves waves{2 + 4 * std::abs(noise.normal()), 0.01};
+    const double prior = noise.normal(), y = prior + 2 * noise.normal();
+    const auto cost_of = [&](int starts) {
+      const jml::IterationOptions options{.starts = starts};
+      jml::Filter filter{jml::IteratedJml{options}, Rest<1>{}, jml::Estimate<double, 1>{prior, 2.0}};
+      const auto report = filter.update(waves, y);
+      return jml::usable(report.status) ? report.cost : std::numeric_limits<double>::infinity();
+    };
+    const double both = cost_of(2);
+    EXPECT_EQ(cost_of(std::numeric_limits<int>::max()), both) << k;
+    better += both < cost_of(0) * (1 - 1e-6);
+  }
+  EXPECT_GT(better, 0);
+}
+
 /// y = x_0².
 struct SquareOfFirst : Square {
   template <typename T>
