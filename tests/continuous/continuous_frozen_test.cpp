@@ -184,8 +184,8 @@ TEST(RandomEscapes, EscapesAreNotMissed) {
   judge<2, 1>(DavisonMaki{16}, 2, 2, 100, 15);
 }
 
-// Ṗ = -2 P + P² falls from 1 as 2/(1 + e^{2t}); of its quadratic term alone the pole is 1 s ahead, and a fixed
-// step of more than half of that is not taken.
+// Ṗ = -2 P + P² falls from 1 as 2/(1 + e^{2t}); of its quadratic term alone the pole is 1 s ahead, and a
+// fixed step of more than half of that is not taken.
 template <int n>
 void expect_pole_ahead() {
   Problem<n, n> problem;

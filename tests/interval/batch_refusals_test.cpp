@@ -620,8 +620,8 @@ struct Squared {
   }
   Matrix<double, 1, 1> noise_covariance() const { return Matrix<double, 1, 1>(r); }
 };
-// Gauss-Newton steps that fall by a factor of 0.7 at a time go on to the minimum, 0 = (x - ½) - 2 x (y - x²); and
-// those that swing from side to side, which fall by next to nothing, are damped.
+// Gauss-Newton steps of which each is 0.7 of the last go on to the minimum, 0 = (x - ½) - 2 x (y - x²);
+// and those that swing from side to side, which fall by next to nothing, are damped.
 TEST(BatchEdges, SlowGaussNewtonStepsGoOn) {
   for (const double y : {-0.2, -0.35, -0.42, -0.46, -0.5, -0.6, -1.0, -2.0}) {
     double low = 0, high = 0.5;

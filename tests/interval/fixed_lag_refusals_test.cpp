@@ -409,8 +409,8 @@ TEST(FixedLagRefusals, NoSweepRaisesJ) {
   constexpr int runs = 2000;
   for (int k = 0; k < runs; ++k) {
     const double x = noise.normal(), y = x + noise.normal(), miss = y - x - std::sin(3 * x);
-    jml::Filter filter{jml::FixedLag<2>{{.sweeps = 1 + k % 3, .newton = k % 2 == 0}}, Rest{}, jml::sensors<Waves>,
-                       jml::Estimate<double, 1>{x, 1.0}};
+    jml::Filter filter{jml::FixedLag<2>{{.sweeps = 1 + k % 3, .newton = k % 2 == 0}}, Rest{},
+                       jml::sensors<Waves>, jml::Estimate<double, 1>{x, 1.0}};
     const auto report = filter.step(Waves{}, y);
     ASSERT_TRUE(jml::usable(report.status));
     const double before = miss * miss / 0.02;

@@ -206,7 +206,9 @@ struct Drift {
     return x;
   }
   jml::Matrix<double, n, n> disturbance_input() const { return jml::Matrix<double, n, n>::Identity(); }
-  jml::Matrix<double, n, n> disturbance_covariance() const { return q * jml::Matrix<double, n, n>::Identity(); }
+  jml::Matrix<double, n, n> disturbance_covariance() const {
+    return q * jml::Matrix<double, n, n>::Identity();
+  }
   jml::Vector<double, n> disturbance_mean() const { return jml::Vector<double, n>::Constant(mean); }
 };
 struct Direct {
