@@ -250,4 +250,18 @@ TEST(AlgebraicFilter, startsEachSolutionFromTheLast) {
   EXPECT_GT(std::abs(filter.P()(0, 1) - filter.P()(1, 0)), 1e-5);  // and V is not symmetric
 }
 
+// reset() forgets the last solution: a correction alone has no gain before the next.
+TEST(AlgebraicFilter, resetForgetsTheLastSolution) {
+  jml::Filter filter{jml::Algebraic{jml::Sddre{}}, Cubic{}, Scalar1(0.3)};
+  EXPECT_EQ(filter.update(FoldedSamples{}, 0.2).status, jml::Status::invalid_time_step);
+  ASSERT_EQ(filter.step(FoldedSamples{}, 0.2, 0.01).status, jml::Status::ok);
+  EXPECT_EQ(filter.update(FoldedSamples{}, 0.2).status, jml::Status::ok);
+  ASSERT_EQ(filter.reset(Scalar1(0.3), 0), jml::Status::ok);
+  EXPECT_EQ(filter.P()(0, 0), 0);
+  EXPECT_EQ(filter.update(FoldedSamples{}, 0.2).status, jml::Status::invalid_time_step);
+  const auto report = filter.step(FoldedSamples{}, 0.2, 0.01);
+  ASSERT_EQ(report.status, jml::Status::ok);
+  EXPECT_GE(report.cold, 1);
+}
+
 }  // namespace

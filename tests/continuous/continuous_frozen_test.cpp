@@ -95,6 +95,28 @@ TEST(DavisonMaki, PiecesThatAreCutOneAfterTheOther) {
   }
 }
 
+// The same with a y that moves: a piece that is cut is driven by the y of its own time.
+TEST(DavisonMaki, PiecesThatAreCutAlongALine) {
+  Problem<1, 1> problem;
+  problem.dynamics.A.setConstant(0);
+  problem.dynamics.B.setConstant(-1);
+  problem.dynamics.Q.setConstant(0.1);
+  problem.dynamics.a.setConstant(0.2);
+  problem.sensor.E.setConstant(1);
+  problem.sensor.D.setConstant(-1);
+  problem.sensor.R.setConstant(100);
+  problem.sensor.e.setConstant(0);
+  problem.start.x.setConstant(1);
+  problem.start.P.setConstant(0.5);
+  problem.y.setConstant(3);
+  problem.climb.setConstant(20);
+  for (const double dt : {0.5, 2.0, 3.0, 5.0, 10.0}) {
+    const auto [status, got] = run(problem, dt, DavisonMaki{});
+    EXPECT_EQ(status, Status::ok);
+    EXPECT_LT(distance(got, solve(problem, dt)), 1e-12) << dt;
+  }
+}
+
 // x with a bias of the sensor and a drift, n = 1: P at its equilibrium, so the gain is constant and
 // x(t) = c + (x(0) - c) e^{-(K - A) t}, c = (a + K (y - e)) / (K - A).
 TEST(DavisonMaki, EstimateWithConstantGain) {
@@ -160,6 +182,31 @@ TEST(RandomEscapes, EscapesAreNotMissed) {
   judge<2, 1>(DavisonMaki{}, 2, 2, 100, 15);
   judge<2, 2>(DavisonMaki{}, 2, 1, 100, 10);
   judge<2, 1>(DavisonMaki{16}, 2, 2, 100, 15);
+}
+
+// Ṗ = -2 P + P² falls from 1 as 2/(1 + e^{2t}); of its quadratic term alone the pole is 1 s ahead, and a
+// fixed step of more than half of that is not taken.
+template <int n>
+void expect_pole_ahead() {
+  Problem<n, n> problem;
+  problem.dynamics.A = problem.dynamics.B = -jml::Matrix<double, n, n>::Identity();
+  problem.dynamics.Q.setZero();
+  problem.dynamics.a.setZero();
+  problem.sensor.E.setIdentity();
+  problem.sensor.D = -jml::Matrix<double, n, n>::Identity();
+  problem.sensor.R.setIdentity();
+  problem.sensor.e.setZero();
+  problem.start.x.setZero();
+  problem.start.P.setIdentity();
+  problem.y.setZero();
+  EXPECT_EQ(run(problem, 0.6, jml::RungeKutta4{}).first, Status::riccati_escape);
+  const auto [status, got] = run(problem, 0.6, jml::RungeKutta4{20});
+  EXPECT_EQ(status, Status::ok);
+  for (int i = 0; i < n; ++i) EXPECT_NEAR(got.P(i, i), 2 / (1 + std::exp(1.2)), 1e-7);
+}
+TEST(RungeKutta4, TakesNoStepTowardsAPoleOfTheQuadraticTerm) {
+  expect_pole_ahead<1>();
+  expect_pole_ahead<2>();
 }
 
 }  // namespace

@@ -119,4 +119,21 @@ TEST(ContinuousLinear, TransientIsKalmanAndBucys) {
   }
 }
 
+// A prediction alone keeps P of a symmetric rule symmetric, to the last bit.
+TEST(ContinuousLinear, PredictionIsSymmetricToTheLastBit) {
+  jml::Noise noise(42);
+  for (int k = 0; k < 20; ++k) {
+    const auto problem = continuous_frozen::random_problem<3, 2>(noise, 0);
+    const Plant<3, 3> plant{problem.dynamics.A, jml::Matrix<double, 3, 3>::Identity(), problem.dynamics.Q};
+    jml::Estimate<double, 3> start = problem.start;
+    start.P = (start.P + start.P.transpose()).eval() / 2;
+    jml::Filter filter{jml::Continuous{jml::Ekf{}, jml::RungeKutta4{}}, plant, start};
+    for (int i = 0; i < 5; ++i) {
+      ASSERT_EQ(filter.predict(0.1), Status::ok);
+      const jml::Matrix<double, 3, 3> transposed = filter.P().transpose();
+      EXPECT_EQ(filter.P(), transposed);
+    }
+  }
+}
+
 }  // namespace

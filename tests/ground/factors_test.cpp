@@ -2,6 +2,7 @@
 // SymmetricFactor and GeneralFactor against complete-pivoting LU in long double, and what they call singular.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <jml/kernels.hpp>
 
@@ -159,6 +160,67 @@ TEST(Factors, NotANumberIsNotRegular) {
       EXPECT_FALSE(symmetric_factors(a)) << i << j;
       EXPECT_FALSE(general_factors(a, Vector3::Ones())) << i << j;
     }
+  }
+}
+
+/// Of rank one but for the rounding of its entries, which leaves a pivot above zero as often as not.
+template <int p>
+jml::Matrix<double, p, p> rounded_rank_one(jml::Noise& noise) {
+  const auto u = noise.normal_vector<p>();
+  jml::Matrix<double, p, p> s;
+  for (int i = 0; i < p; ++i) {
+    for (int j = 0; j < p; ++j) s(i, j) = u(i) * u(j);
+  }
+  return s;
+}
+
+TEST(SymmetricFactor, OfOneAndTwoRowsSingularAndOverflowingAreNamed) {
+  jml::kernel::SymmetricFactor<double, 1> one;
+  EXPECT_FALSE(one.factor(jml::Matrix<double, 1, 1>(std::numeric_limits<double>::infinity())));
+  EXPECT_TRUE(one.factor(jml::Matrix<double, 1, 1>(1e-300)));
+  jml::kernel::SymmetricFactor<double, 2> two;
+  EXPECT_FALSE(two.factor(1e200 * jml::Matrix<double, 2, 2>::Identity())) << "1/D would be zero";
+  jml::Noise noise(71);
+  int positive = 0;
+  for (int run = 0; run < 100; ++run) {
+    const auto s = rounded_rank_one<2>(noise);
+    positive += s(0, 0) * s(1, 1) - s(1, 0) * s(1, 0) > 0;
+    EXPECT_FALSE(two.factor(s)) << s;
+  }
+  EXPECT_GT(positive, 5);
+}
+
+// A pivot is judged by the unit of its component, and by the entry that it is left of.
+TEST(GeneralFactor, PivotsThatAreNoneByTheUnitOrByTheEntry) {
+  jml::kernel::GeneralFactor<double, 1> one;
+  using Number = jml::Vector<double, 1>;
+  EXPECT_FALSE(one.factor(jml::Matrix<double, 1, 1>(-1e-16), Number(1)));
+  EXPECT_TRUE(one.factor(jml::Matrix<double, 1, 1>(-1e-16), Number(1e-16)));
+  Matrix3 small = Matrix3::Identity();
+  small(2, 2) = 1e-16;
+  EXPECT_FALSE(general_factors(small, Vector3::Ones()));
+  EXPECT_TRUE(general_factors(small, Vector3(1, 1, 1e-8)));
+  Matrix3 singular;
+  singular << 1, 2, 3, 4, 5, 6, 7, 8, 9;
+  for (const double size : {1e10, 1e10 / 3, 1e10 / 7, 1e10 / 11}) {
+    EXPECT_FALSE(general_factors(size * singular, Vector3::Ones())) << size;
+  }
+}
+
+TEST(SemidefiniteFactor, RankOfWhatIsRounded) {
+  jml::Noise noise(72);
+  for (int run = 0; run < 100; ++run) {
+    const auto u = noise.normal_vector<3>(), v = noise.normal_vector<3>();
+    const Matrix3 P = u * u.transpose() + v * v.transpose();
+    const jml::kernel::SemidefiniteFactor<double, 3> factor(P);
+    EXPECT_EQ(factor.rank, 2) << P;
+    EXPECT_LT((factor.L * factor.L.transpose() - P).norm(), 1e-14 * P.norm());
+    // bᵀ P⁺ b = 5 of b = u + 2 v, and nothing of what is off their plane.
+    double squared = 0;
+    const Vector3 slack = Vector3::Constant(1e-9), b = u + 2 * v, off = u.cross(v);
+    EXPECT_TRUE(factor.squared_norm(b, slack, squared));
+    EXPECT_NEAR(squared, 5, 1e-9);
+    EXPECT_FALSE(factor.squared_norm(b + off, slack, squared));
   }
 }
 

@@ -610,4 +610,52 @@ TEST(BatchEdges, NoiseThatNeverSettlesIsNotOk) {
   EXPECT_NE(batch.solve().status, Status::ok);
 }
 
+/// y = x².
+struct Squared {
+  static constexpr int measurements = 1;
+  double r = 1;
+  template <typename T>
+  Vector<T, 1> measurement(const Vector<T, 1>& x) const {
+    return Vector<T, 1>(x(0) * x(0));
+  }
+  Matrix<double, 1, 1> noise_covariance() const { return Matrix<double, 1, 1>(r); }
+};
+// Gauss-Newton steps of which each is 0.7 of the last go on to the minimum, 0 = (x - ½) - 2 x (y - x²);
+// and those that swing from side to side, which fall by next to nothing, are damped.
+TEST(BatchEdges, SlowGaussNewtonStepsGoOn) {
+  for (const double y : {-0.2, -0.35, -0.42, -0.46, -0.5, -0.6, -1.0, -2.0}) {
+    double low = 0, high = 0.5;
+    for (int i = 0; i < 100; ++i) {
+      const double x = (low + high) / 2;
+      (x - 0.5 - 2 * x * (y - x * x) < 0 ? low : high) = x;
+    }
+    jml::Batch batch{Walk{}, jml::sensors<Squared>, jml::Estimate<double, 1>{0.5, 1.0}, {1}};
+    batch.options.newton = false;
+    ASSERT_EQ(batch.update(Squared{}, y), Status::ok);
+    const auto report = batch.solve();
+    EXPECT_TRUE(jml::usable(report.status)) << y << ": " << jml::describe(report.status);
+    EXPECT_NEAR(batch.x(0)(0), low, 1e-6) << y;
+    if (y <= -0.42 && y >= -0.5) {
+      EXPECT_LE(report.iterations, 20) << y;
+    }
+  }
+}
+
+/// w has a mean that depends on x, and nothing else varies.
+struct Pushed : Walk {
+  template <typename X>
+  Vector<double, 1> disturbance_mean(const X& x) const {
+    return Vector<double, 1>(0.3 * jml::plain_value(x(0)));
+  }
+};
+// The mean is that of the answer: x_0 = x̂ + k (y - x̂ - 0.3 x_0), k = P/(P + Q + R).
+TEST(BatchEdges, AMeanThatVariesAloneIsThatOfTheAnswer) {
+  jml::Batch batch{Pushed{}, jml::sensors<Direct>, near_one, {1}};
+  ASSERT_EQ(batch.step(Direct{}, 3.0), Status::ok);
+  ASSERT_EQ(batch.solve().status, Status::ok);
+  const double k = 0.5 / 1.25, x0 = (1 + 2 * k) / (1 + 0.3 * k), miss = 3 - 1 - 0.3 * x0;
+  EXPECT_NEAR(batch.x(0)(0), x0, 1e-9);
+  EXPECT_NEAR(batch.x(1)(0), x0 + 0.3 * x0 + 0.5 / 1.25 * miss, 1e-9);
+}
+
 }  // namespace

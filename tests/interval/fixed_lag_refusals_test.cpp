@@ -383,4 +383,41 @@ TEST(FixedLagGate, NisOfTheKalmanFilter) {
   EXPECT_GT(accepted, 20);
 }
 
+struct Rest {
+  static constexpr int states = 1, disturbances = 1;
+  template <typename T>
+  jml::Vector<T, 1> dynamics(const jml::Vector<T, 1>& x) const {
+    return x;
+  }
+  jml::Matrix<double, 1, 1> disturbance_input() const { return jml::Matrix<double, 1, 1>(1); }
+  jml::Matrix<double, 1, 1> disturbance_covariance() const { return jml::Matrix<double, 1, 1>(1e-4); }
+};
+struct Waves {
+  static constexpr int measurements = 1;
+  double r = 0.01;
+  template <typename T>
+  jml::Vector<T, 1> measurement(const jml::Vector<T, 1>& x) const {
+    using std::sin;
+    return jml::Vector<T, 1>(x(0) + sin(3.0 * x(0)));
+  }
+  jml::Matrix<double, 1, 1> noise_covariance() const { return jml::Matrix<double, 1, 1>(r); }
+};
+// However few the sweeps, J is never above that of the prediction, ½ (y - m)²/R.
+TEST(FixedLagRefusals, NoSweepRaisesJ) {
+  jml::Noise noise(91);
+  int lowered = 0;
+  constexpr int runs = 2000;
+  for (int k = 0; k < runs; ++k) {
+    const double x = noise.normal(), y = x + noise.normal(), miss = y - x - std::sin(3 * x);
+    jml::Filter filter{jml::FixedLag<2>{{.sweeps = 1 + k % 3, .newton = k % 2 == 0}}, Rest{},
+                       jml::sensors<Waves>, jml::Estimate<double, 1>{x, 1.0}};
+    const auto report = filter.step(Waves{}, y);
+    ASSERT_TRUE(jml::usable(report.status));
+    const double before = miss * miss / 0.02;
+    EXPECT_LE(report.cost, before * (1 + 1e-5) + 1e-5) << k;
+    lowered += report.cost < before;
+  }
+  EXPECT_GT(lowered, runs / 2);
+}
+
 }  // namespace

@@ -212,4 +212,27 @@ TEST(FixedLagStatus, NoSweepLoweredJ) {
   std::printf("  %d at the prediction, %d lower\n", neither, lowered);
 }
 
+/// R grows with time, so that of a step's start is another.
+struct Fading : Position {
+  template <typename X, typename At>
+  Matrix<double, 1, 1> noise_covariance(const X&, const At& at) const {
+    return Matrix<double, 1, 1>(0.04 + 0.5 * (double(at.time) - 10));
+  }
+};
+TEST(FixedLagTime, RIsThatOfTheSamplesTime) {
+  jml::Filter filter{jml::FixedLag<6>{}, Track{}, jml::sensors<Fading>, start, 10.0};
+  jml::Filter kalman{jml::Kalman{}, Track{}, start, 10.0};
+  jml::Batch batch{Track{}, jml::sensors<Fading>, start, {.steps = 9}, 10.0};
+  for (int k = 1; k <= 9; ++k) {
+    ASSERT_TRUE(usable(filter.step(Fading{}, y(0.4 * k), 0.4)));
+    ASSERT_TRUE(usable(kalman.step(Fading{}, y(0.4 * k), 0.4)));
+    ASSERT_TRUE(usable(batch.step(Fading{}, y(0.4 * k), 0.4)));
+    EXPECT_LT((filter.x() - kalman.x()).norm(), 1e-9);
+    EXPECT_LT((filter.P() - kalman.P()).norm(), 1e-9);
+  }
+  ASSERT_TRUE(usable(batch.solve().status));
+  EXPECT_LT((batch.x(9) - kalman.x()).norm(), 1e-9);
+  EXPECT_LT((batch.P(9) - kalman.P()).norm(), 1e-9);
+}
+
 }  // namespace

@@ -195,4 +195,48 @@ TEST(IteratedFloat, AgreesWithDouble) {
   }
 }
 
+/// x⁺ = x + w, of w a mean; y = x.
+template <int n>
+struct Drift {
+  static constexpr int states = n, disturbances = n;
+  static constexpr bool linear = true;
+  double q = 0, mean = 0;
+  template <typename T>
+  jml::Vector<T, n> dynamics(const jml::Vector<T, n>& x) const {
+    return x;
+  }
+  jml::Matrix<double, n, n> disturbance_input() const { return jml::Matrix<double, n, n>::Identity(); }
+  jml::Matrix<double, n, n> disturbance_covariance() const {
+    return q * jml::Matrix<double, n, n>::Identity();
+  }
+  jml::Vector<double, n> disturbance_mean() const { return jml::Vector<double, n>::Constant(mean); }
+};
+struct Direct {
+  static constexpr int measurements = 1;
+  static constexpr bool linear = true;
+  double r = 1;
+  template <typename T>
+  jml::Vector<T, 1> measurement(const jml::Vector<T, 1>& x) const {
+    return x;
+  }
+  jml::Matrix<double, 1, 1> noise_covariance() const { return jml::Matrix<double, 1, 1>(r); }
+};
+// The mean of w moves x; and of a linear model one sweep is the answer.
+TEST(IteratedRefusals, LinearWithADisturbanceMeanInOneSweep) {
+  jml::Filter filter{jml::IteratedJml{}, Drift<1>{.q = 0.5, .mean = 0.7}, jml::Estimate<double, 1>{2.0, 1.0}};
+  const auto report = filter.step(Direct{}, 4.0);
+  ASSERT_EQ(report.status, jml::Status::ok);
+  EXPECT_NEAR(filter.x()(0), 2.7 + 0.6 * 1.3, 1e-14);  // N = 1.5, K = 1.5/2.5
+  EXPECT_NEAR(filter.P()(0, 0), 0.6, 1e-14);
+  EXPECT_NEAR(report.smoothed(0), 2 + 1.3 / 2.5, 1e-14);
+  EXPECT_EQ(report.iterations, 1);
+}
+// P⁺ = N - K E N of a nonsymmetric rule has no digit left where R/N is 1e-18.
+TEST(IteratedRefusals, AnUnsoundPIsRefused) {
+  jml::Filter filter{jml::IteratedJml{}, Drift<1>{}, jml::Estimate<double, 1>{0.0, 1e12}};
+  EXPECT_EQ(filter.step(Direct{1e-6}, 10.0).status, jml::Status::covariance_lost);
+  EXPECT_EQ(filter.x()(0), 0);
+  EXPECT_EQ(filter.P()(0, 0), 1e12);
+}
+
 }  // namespace

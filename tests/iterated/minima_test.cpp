@@ -263,6 +263,66 @@ TEST(Minima, NeverAPlantedSaddle) {
   expect_minima<6>(6, 300);
 }
 
+/// x⁺ = c x² beside y = x⁺: f alone bends.
+struct Parabola {
+  static constexpr int states = 1, disturbances = 1;
+  double c = 1, q = 0.02;
+  template <typename T>
+  jml::Vector<T, 1> dynamics(const jml::Vector<T, 1>& x) const {
+    return jml::Vector<T, 1>(c * x(0) * x(0));
+  }
+  Mat<1, 1> disturbance_input() const { return Mat<1, 1>(1); }
+  Mat<1, 1> disturbance_covariance() const { return Mat<1, 1>(q); }
+};
+struct State {
+  static constexpr int measurements = 1;
+  static constexpr bool linear = true;
+  double r = 0.03;
+  template <typename T>
+  jml::Vector<T, 1> measurement(const jml::Vector<T, 1>& x) const {
+    return x;
+  }
+  Mat<1, 1> noise_covariance() const { return Mat<1, 1>(r); }
+};
+// With x_1 at its best, J = ½ x_s²/P + ½ (y - c x_s²)²/(Q + R), stationary at the prior x_s = 0 for every y,
+// of curvature 1/P - 2 c y/(Q + R): a maximum between two minima x_s² = (y - (Q + R)/(2 c P))/c where that is
+// positive, else the only minimum.
+TEST(Minima, ThatFAloneBends) {
+  constexpr double S = 0.05;  // Q + R
+  for (const double c : {1.0, -0.5}) {
+    for (const double P : {0.25, 4.0}) {
+      for (const double y : {1.0, 0.3, 0.01, 0.002, -0.01, -0.3, -1.0}) {
+        const Parabola model{c};
+        const double square = std::max(0.0, (y - S / (2 * c * P)) / c), least = std::sqrt(square),
+                     f = c * square, cost = square / (2 * P) + (y - f) * (y - f) / (2 * S),
+                     next = f + 0.02 / S * (y - f);
+        const jml::Estimate<double, 1> origin{0.0, P};
+        const auto expect_least = [&](const char* who, Status status, double J, double smoothed, double x) {
+          SCOPED_TRACE(who);
+          EXPECT_TRUE(jml::usable(status) && (least > 0 || status == Status::ok)) << jml::describe(status);
+          EXPECT_NEAR(J, cost, 1e-9 * (1 + cost));
+          if (least == 0) {
+            EXPECT_EQ(smoothed, 0);
+          }
+          EXPECT_NEAR(std::abs(smoothed), least, 1e-6);
+          EXPECT_NEAR(x, next, 1e-6);
+        };
+        SCOPED_TRACE("c " + std::to_string(c) + ", P " + std::to_string(P) + ", y " + std::to_string(y));
+        jml::Filter filter{jml::IteratedJml{}, model, origin};
+        const auto step = filter.step(State{}, y);
+        expect_least("IteratedJml", step.status, step.cost, step.smoothed(0), filter.x()(0));
+        jml::Filter lag{jml::FixedLag<3>{}, model, jml::Sensors<State>{}, origin};
+        const auto lagged = lag.step(State{}, y);
+        expect_least("FixedLag", lagged.status, lagged.cost, lag.x(1)(0), lag.x()(0));
+        jml::Batch batch{model, jml::Sensors<State>{}, origin, {.steps = 1, .measurements = 1}};
+        ASSERT_EQ(batch.step(State{}, y).status, Status::ok);
+        const auto solved = batch.solve();
+        expect_least("Batch", solved.status, solved.cost, batch.x(0)(0), batch.x(1)(0));
+      }
+    }
+  }
+}
+
 /// The least J of ½ (x - x̂)²/P + ½ (y - x²)²/R, of all real roots of its derivative by bisection between the
 /// turning points of that cubic.
 double least_cost(double prior, double P, double R, double y) {
@@ -356,6 +416,74 @@ TEST(Minima, SeveralStartsOfAnInterval) {
   EXPECT_GE(best.agreed, 1);
   EXPECT_LE(best.agreed, 5);  // of six, the first of which stays on the other side
   EXPECT_GT(best.iterations, alone.iterations);
+}
+
+/// A folded m: its roots lie in several valleys of J.
+struct Waves {
+  static constexpr int measurements = 1;
+  double frequency = 3, r = 0.01;
+  template <typename T>
+  jml::Vector<T, 1> measurement(const jml::Vector<T, 1>& x) const {
+    using std::sin;
+    return jml::Vector<T, 1>(x(0) + sin(frequency * x(0)));
+  }
+  Mat<1, 1> noise_covariance() const { return Mat<1, 1>(r); }
+};
+// No answer has a J above that of the prediction.
+TEST(Minima, NeverAboveThePrediction) {
+  jml::Noise noise(43);
+  int answered = 0;
+  constexpr int runs = 5000;
+  for (int k = 0; k < runs; ++k) {
+    const Waves waves{1 + 4 * std::abs(noise.normal()), std::exp(2 * noise.normal() - 2)};
+    const double prior = noise.normal(), y = prior + 2 * noise.normal();
+    const double P = std::exp(noise.normal()), miss = y - prior - std::sin(waves.frequency * prior);
+    jml::Filter filter{jml::IteratedJml{}, Rest<1>{}, jml::Estimate<double, 1>{prior, P}};
+    const auto report = filter.update(waves, y);
+    if (!jml::usable(report.status)) continue;
+    ++answered;
+    EXPECT_LE(report.cost, miss * miss / (2 * waves.r) * (1 + 1e-9)) << k;
+  }
+  EXPECT_GT(answered, runs - runs / 100);
+}
+
+// As many starts as an int can count are those that there are, and find more than none.
+TEST(Minima, AsManyStartsAsThereAre) {
+  jml::Noise noise(44);
+  int better = 0;
+  for (int k = 0; k < 1000; ++k) {
+    const Waves waves{2 + 4 * std::abs(noise.normal()), 0.01};
+    const double prior = noise.normal(), y = prior + 2 * noise.normal();
+    const auto cost_of = [&](int starts) {
+      const jml::IterationOptions options{.starts = starts};
+      jml::Filter filter{jml::IteratedJml{options}, Rest<1>{}, jml::Estimate<double, 1>{prior, 2.0}};
+      const auto report = filter.update(waves, y);
+      return jml::usable(report.status) ? report.cost : std::numeric_limits<double>::infinity();
+    };
+    const double both = cost_of(2);
+    EXPECT_EQ(cost_of(std::numeric_limits<int>::max()), both) << k;
+    better += both < cost_of(0) * (1 - 1e-6);
+  }
+  EXPECT_GT(better, 0);
+}
+
+/// y = x_0².
+struct SquareOfFirst : Square {
+  template <typename T>
+  jml::Vector<T, 1> measurement(const jml::Vector<T, 2>& x) const {
+    return jml::Vector<T, 1>(x(0) * x(0));
+  }
+};
+// With a P that is not symmetric there is no (11), and no minimum to look for: the root of (9) is the answer.
+TEST(Minima, OfASymmetricPAlone) {
+  for (const double skew : {0.0, 0.5}) {
+    Mat<2, 2> P;
+    P << 4, skew, -skew, 4;
+    jml::Filter filter{jml::IteratedJml{}, Rest<2>{}, jml::Estimate<double, 2>{Vec<2>(0, 1), P}};
+    const auto report = filter.update(SquareOfFirst{}, 1.0);
+    ASSERT_TRUE(jml::usable(report.status)) << jml::describe(report.status);
+    EXPECT_NEAR(std::abs(filter.x()(0)), skew == 0 ? 0.9994 : 0, 1e-3);
+  }
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 // answer.
 #include <gtest/gtest.h>
 
+#include <jml/filter/pure.hpp>
 #include <jml/riccati/difference.hpp>
 
 #include "models/linear.hpp"

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <jml/filter/pure.hpp>
 #include <jml/jml.hpp>
 
 namespace {
@@ -256,6 +257,43 @@ TEST(CovarianceLost,
   const auto got = jml::update(jml::Ekf{}, First{}, negative, jml::Vector<double, 1>(2));
   EXPECT_EQ(got.report.status, Status::covariance_lost);
   EXPECT_EQ(std::memcmp(&got.estimate, &negative, sizeof negative), 0);
+}
+
+/// Of functions that are handed a prior, which no start has looked at.
+template <typename Rule>
+void prior_that_is_no_number() {
+  const Rule rule;
+  const jml::StepContext<double, 1> at{3, 0.1, jml::Vector<double, 1>(0.3)};
+  const Vector2 y(1.2, 0.4);
+  for (const double bad : {nan, inf, -inf}) {
+    for (int entry = 0; entry < 4; ++entry) {
+      jml::Estimate<double, 2> prior = good;
+      const bool of_x = entry < 2;
+      if (of_x)
+        prior.x(entry) = bad;
+      else
+        prior.P(entry - 2, 1) = prior.P(1, entry - 2) = bad;
+      const Status wanted = of_x ? Status::invalid_state : Status::invalid_covariance;
+      const auto untouched = [&prior](const jml::Estimate<double, 2>& after) {
+        return std::memcmp(&prior.x, &after.x, sizeof prior.x) == 0 &&
+               std::memcmp(&prior.P, &after.P, sizeof prior.P) == 0;
+      };
+      const auto predicted = jml::predict(rule, Plant{}, prior, at);
+      EXPECT_EQ(predicted.status, wanted) << jml::describe(predicted.status);
+      EXPECT_TRUE(untouched(predicted.estimate));
+      const auto corrected = jml::update(rule, Gauge{}, prior, y);
+      EXPECT_EQ(corrected.report.status, wanted) << jml::describe(corrected.report.status);
+      EXPECT_TRUE(untouched(corrected.estimate));
+      const auto moved = jml::step(rule, Plant{}, Gauge{}, prior, y, at);
+      EXPECT_EQ(moved.report.status, wanted) << jml::describe(moved.report.status);
+      EXPECT_TRUE(untouched(moved.estimate));
+    }
+  }
+}
+TEST(Refusals, PriorThatIsNoNumber) {
+  prior_that_is_no_number<jml::Ekf<>>();
+  prior_that_is_no_number<jml::Sddre<>>();
+  prior_that_is_no_number<jml::Jml<>>();
 }
 
 }  // namespace

@@ -187,7 +187,7 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
       if constexpr (all_linear<D, typename Store::List>) {
         const bool left =
             std::sqrt(Scalar(2) * sums.decrease / unknowns) > std::max(tolerance, Scalar(1e3) * epsilon);
-        if (once && left && report.iterations >= 2 && limit < options.max_iterations + 6) ++limit;
+        if (once && left && report.iterations >= 2 && limit - options.max_iterations < 6) ++limit;
         in_two = in_two || (left && report.iterations >= 2 && options.loss.kind == Loss::Kind::none);
       }
     } else if (full) {

@@ -4,6 +4,7 @@
 /// a saddle, and another way to a strongly bent step's root, which may be lower.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <jml/iterated/minimum.hpp>
 #include <jml/iterated/root.hpp>
@@ -197,9 +198,9 @@ JML_RARE Root<Step> seek_minimum(const Rule& rule, const Step& step, const typen
   if (!failed) compare(approach_by_degrees(rule, step, tolerance, start_cost_of(start), root));
   const WhitenedStep<Step, Scalar, n> whitened(step);
   std::array<int, n> axes{};
-  const int count =
-      most_bent_axes<Step, Scalar, n>(whitened, bend, start.visit, (rule.options.starts + 1) / 2, axes);
-  for (int k = 0; k < 2 * count && k < rule.options.starts; ++k) {
+  const int starts = std::min(rule.options.starts, 2 * n);
+  const int count = most_bent_axes<Step, Scalar, n>(whitened, bend, start.visit, (starts + 1) / 2, axes);
+  for (int k = 0; k < 2 * count && k < starts; ++k) {
     Vector<Scalar, 2 * n> u = kernel::zeros<Vector<Scalar, 2 * n>>();
     u(axes[static_cast<std::size_t>(k / 2)]) = k % 2 == 0 ? Scalar(1.5) : Scalar(-1.5);
     compare(descend(rule, step, whitened, tolerance, u, root));
