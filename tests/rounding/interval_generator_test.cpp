@@ -47,6 +47,18 @@ TEST(IntervalGenerator, OnceWrong) {
   }
 }
 
+// And two that a smoother went through in the digits of double, where λ and I + BᵀΛB left too few: P of the second
+// is none that a matrix of doubles holds.
+TEST(IntervalGenerator, OnceWrongInASmoother) {
+  Tally tally;
+  for (const std::uint64_t number : {250378, 279832}) fly_all(59, number, tally);
+  for (const Form form : {Form::fixed_lag, Form::batch, Form::smoother}) {
+    tally.print_wrong(form, false);
+    EXPECT_EQ(tally.total(form, false).wrong(), 0) << name_of(form);
+    EXPECT_LE(tally.total(form, false).refused, form == Form::smoother ? 1 : 0) << name_of(form);
+  }
+}
+
 // Level, slope and seven seasons: a flat start, of which P_s(1, 1) at the first instant lost a per cent.
 TEST(IntervalGenerator, S10LevelSlopeAndSeasons) {
   constexpr int n = 8;
