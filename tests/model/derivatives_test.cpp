@@ -194,4 +194,28 @@ TEST(Dual, ElementaryFunctionsAgainstTheirDerivatives) {
   EXPECT_DOUBLE_EQ(min(x, T(0.2)).partial[0], 0);
 }
 
+// An operator with a plain number is that with a constant: value and derivatives.
+TEST(Derivatives, OperatorsWithPlainNumbers) {
+  using D = jml::Dual<double, 2>;
+  D x(1.7);
+  x.partial[0] = 0.3;
+  x.partial[1] = -2.1;
+  const double c = 0.6;
+  const D constant(c);
+  const auto same = [](const D& a, const D& b, const char* what) {
+    EXPECT_DOUBLE_EQ(a.value, b.value) << what;
+    for (int i = 0; i < 2; ++i) EXPECT_DOUBLE_EQ(a.partial[i], b.partial[i]) << what;
+  };
+  same(x + c, x + constant, "x + c");
+  same(c + x, constant + x, "c + x");
+  same(x - c, x - constant, "x - c");
+  same(c - x, constant - x, "c - x");
+  same(x * c, x * constant, "x c");
+  same(c * x, constant * x, "c x");
+  same(x / c, x / constant, "x / c");
+  same(c / x, constant / x, "c / x");
+  EXPECT_DOUBLE_EQ((x / c).partial[1], -2.1 / 0.6);
+  EXPECT_DOUBLE_EQ((c - x).partial[0], -0.3);
+}
+
 }  // namespace
