@@ -79,15 +79,15 @@ class Algebraic {
       static_assert(!sizeof(Start*),
                     "jml: an algebraic filter starts at a state, a jml::Vector of `states` entries");
     }
-    return !all_finite(belief.x)  ? Status::invalid_state
-           : options.substeps < 1 ? Status::invalid_option
-                                  : model.status();
+    return !all_finite(belief.x) ? Status::invalid_state
+           : !options.valid()    ? Status::invalid_option
+                                 : model.status();
   }
 
   template <typename Model, typename Belief, typename At>
   [[nodiscard]] Status predict(const Model& model, const Belief& prior, const At& at, Belief& next) const {
     next = prior;
-    if (options.substeps < 1) return Status::invalid_option;
+    if (!options.valid()) return Status::invalid_option;
     using X = decltype(next.x);
     using Scalar = typename X::Scalar;
     const Scalar h = at.dt / Scalar(options.substeps);
@@ -122,7 +122,7 @@ class Algebraic {
     using At = std::remove_cvref_t<decltype(sample.at)>;
     using Scalar = typename Belief::Scalar;
     constexpr int p = Sample::measurements;
-    if (options.substeps < 1) {
+    if (!options.valid()) {
       report.status = Status::invalid_option;
       return;
     }

@@ -22,6 +22,11 @@ enum class GainUpdate : std::uint8_t {
 struct AlgebraicOptions {
   int substeps = 1;  ///< Runge-Kutta steps over an interval
   GainUpdate gain = GainUpdate::every_stage;
+
+  /// Four solutions a substep are counted by an int.
+  [[nodiscard]] bool valid() const {
+    return substeps >= 1 && substeps <= std::numeric_limits<int>::max() / 4;
+  }
 };
 
 }  // namespace jml

@@ -85,8 +85,8 @@ inline void note(Lateness& late, const Clock& clock, const AtTime& at) {
   const double ahead = clock.until(at.time);
   const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::abs(at.time);
   late.time = at.time;
-  if (!(ahead <= rounding))
-    late.status = Status::invalid_time_step;  // a NaN too
+  if (!std::isfinite(at.time) || !(ahead <= rounding))
+    late.status = Status::invalid_time_step;
   else
     late.timed = ahead < -rounding;
 }

@@ -86,7 +86,8 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
     return Scalar(0.1) * scale + Scalar(1);
   };
   report.status = Status::not_converged;
-  int limit = options.max_iterations;
+  constexpr int most = std::numeric_limits<int>::max() - 20;  // room for passes beyond the limit
+  int limit = std::min(options.max_iterations, most);
   while (report.iterations < limit) {
     ++report.iterations;
     const bool full =
@@ -187,7 +188,8 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
       if constexpr (all_linear<D, typename Store::List>) {
         const bool left =
             std::sqrt(Scalar(2) * sums.decrease / unknowns) > std::max(tolerance, Scalar(1e3) * epsilon);
-        if (once && left && report.iterations >= 2 && limit - options.max_iterations < 6) ++limit;
+        if (once && left && report.iterations >= 2 && limit - options.max_iterations < 6 && limit < most)
+          ++limit;
         in_two = in_two || (left && report.iterations >= 2 && options.loss.kind == Loss::Kind::none);
       }
     } else if (full) {

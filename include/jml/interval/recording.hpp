@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <jml/interval/linearised.hpp>
+#include <jml/interval/room.hpp>
 #include <vector>
 
 namespace jml {
@@ -45,9 +46,9 @@ class Recording<D, Sensors<S...>, Scalar> {
       if (!root_.form(dynamics_, kernel::zeros<X>(), At{}) && status_ == Status::ok)
         status_ = Status::invalid_disturbance_covariance;
     }
-    const bool sensible = capacity.steps >= 0 && capacity.steps <= (1 << 30) && capacity.measurements >= -1;
+    const bool sensible = capacity.steps >= 0 && capacity.steps <= most_nodes && capacity.measurements >= -1;
     if (capacity.measurements < 0 && sensible) capacity.measurements = capacity.steps + 1;
-    if (!sensible) {
+    if (!sensible || !has_room_for(capacity)) {
       capacity = {0, 0};
       status_ = Status::invalid_option;
     }
@@ -154,6 +155,15 @@ class Recording<D, Sensors<S...>, Scalar> {
     std::array<std::uint32_t, sizeof...(S)> first{};  // of this node, in the records of each type
   };
 
+  /// Not asked again where there is room already.
+  [[nodiscard]] bool has_room_for(const Capacity& capacity) const {
+    const auto count = [](int number) { return static_cast<std::size_t>(number); };
+    if (count(capacity.steps) < nodes_.capacity() && count(capacity.measurements) <= measurements_)
+      return true;
+    const double a_node = sizeof(RecordedNode) + sizeof(Matrix<Scalar, n, n>) + sizeof(double),
+                 one_of_each = (0.0 + ... + static_cast<double>(sizeof(typename vector_of<S>::value_type)));
+    return has_room(a_node * (capacity.steps + 1.0) + one_of_each * capacity.measurements);
+  }
   template <typename Use, std::size_t... type>
   JML_INLINE void visit_each(int j, const Use& use, std::index_sequence<type...>) {
     const auto visit_type = [&](auto& records, std::size_t t) JML_INLINE {

@@ -17,6 +17,7 @@
 #include <jml/filter/factored.hpp>
 #include <jml/filter/filter.hpp>
 #include <jml/interval/fineness.hpp>
+#include <jml/interval/room.hpp>
 #include <jml/interval/smoother_memory.hpp>
 
 namespace jml {
@@ -70,7 +71,11 @@ struct Remembering {
 
   template <typename Belief, typename Given>
   [[nodiscard]] Status start(Belief& memory, const Given& given, double time) const {
-    memory.nodes.resize(static_cast<std::size_t>(capacity < 0 ? 0 : capacity) + 1);
+    const std::size_t count = static_cast<std::size_t>(capacity < 0 ? 0 : capacity) + 1;
+    const bool fits = count <= memory.nodes.capacity() ||
+                      (capacity <= detail::most_nodes &&
+                       detail::has_room(static_cast<double>(count) * sizeof(typename Belief::Node)));
+    memory.nodes.resize(fits ? count : 1);
     typename Belief::Filtered begin{};
     Status status = Status::ok;
     if constexpr (requires { given.belief; }) {
@@ -79,6 +84,7 @@ struct Remembering {
     } else {
       status = method.start(memory.model, given, begin);
     }
+    if (!fits && status == Status::ok) status = Status::invalid_option;
     memory.keep(0, {}, begin, time);
     if constexpr (Belief::Record::Root::constant)
       static_cast<void>(memory.root.form(memory.model.dynamics, begin.x, {}));
@@ -208,6 +214,7 @@ class Smoother : public Filter<Remembering<M>, D, Scalar> {
 
   /// Starts, as node 0, where `filter` stands, with its gate; a sensor that reads the control sees none
   /// before the first step. `capacity`: steps and predictions to remember; none where negative.
+  /// invalid_option: more than the heap would give.
   Smoother(const Filter<M, D, Scalar>& filter, int capacity)
       : Base({filter.method(), capacity}, filter.dynamics(),
              detail::SmootherStart<typename Memory::Filtered>{filter.belief(), filter.status()},

@@ -24,6 +24,8 @@ class WindowMemory;
 template <int length, int measurements, typename D, typename... S, typename Scalar_>
 class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
   static_assert(length >= 1 && measurements >= 1, "jml: a lag is at least one step with one measurement");
+  static_assert(measurements <= 255,
+                "jml: a node of a lag has room for at most 255 measurements of a sensor");
 
  public:
   using List = Sensors<S...>;

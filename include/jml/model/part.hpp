@@ -27,8 +27,10 @@ struct Rows {
 /// sensor, and the update is refused.
 template <typename... Row>
 [[nodiscard]] constexpr Rows only(Row... row) {
-  constexpr auto bit = [](int i) { return i >= 0 && i < 64 ? std::uint64_t(1) << i : ~std::uint64_t(0); };
-  return {(std::uint64_t(0) | ... | bit(static_cast<int>(row)))};
+  constexpr auto bit = [](long long i) {
+    return i >= 0 && i < 64 ? std::uint64_t(1) << i : ~std::uint64_t(0);
+  };
+  return {(std::uint64_t(0) | ... | bit(static_cast<long long>(row)))};
 }
 /// The first `count` rows: for a number of measurements that is known at run time only, up to the sensor's.
 [[nodiscard]] constexpr Rows first(int count) {

@@ -164,7 +164,11 @@ template <typename Flow>
     }
     if (!(radon.norm <= reach * Scalar(method.max_pieces)))
       return std::isfinite(radon.norm) ? Status::step_limit : Status::dynamics_not_finite;
-    const int pieces = radon.norm > reach ? static_cast<int>(std::ceil(radon.norm / reach)) : 1;
+    const double wanted =
+        std::ceil(static_cast<double>(radon.norm / reach));  // beyond int where float rounds
+    const int pieces = !(wanted > 1)                ? 1
+                       : wanted < method.max_pieces ? static_cast<int>(wanted)
+                                                    : method.max_pieces;
     typename Radon::Piece moved;
     const auto sure = [&](const Square& before) {
       if constexpr (Flow::symmetric || p == 0)
