@@ -59,6 +59,17 @@ TEST(IntervalGenerator, OnceWrongInASmoother) {
   }
 }
 
+// And one of a singular P_0 on large states: whitened, the first state of a window was off by 5e-3 deviations, J of
+// the nominal by as much, and the step that mended it looked as if it raised J.
+TEST(IntervalGenerator, OnceWrongInAWindow) {
+  Tally tally;
+  fly_all(83, 364068, tally);
+  for (const Form form : {Form::fixed_lag, Form::batch, Form::smoother}) {
+    tally.print_wrong(form, false);
+    EXPECT_EQ(tally.total(form, false).wrong() + tally.total(form, false).refused, 0) << name_of(form);
+  }
+}
+
 // Level, slope and seven seasons: a flat start, of which P_s(1, 1) at the first instant lost a per cent.
 TEST(IntervalGenerator, S10LevelSlopeAndSeasons) {
   constexpr int n = 8;

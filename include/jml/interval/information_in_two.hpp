@@ -165,6 +165,8 @@ class InformationInTwo {
       f_[i] = sum;
     }
     times_information(f_);
+    for (int i = 0; i < n_; ++i)  // the cost is that of a trajectory from x̂_0 + L a, see Sweep
+      sums.cost += Ud::upper(f_[i] * (slope_[i] + T(Scalar(0.5)) * moved_[i]));
     for (int j = 0; j < n_; ++j) {
       T g = T(weight[j]) * T(a[j]);
       for (int i = 0; i < n_; ++i) g = g + T(L[i + j * n_]) * (slope_[i] + moved_[i]);

@@ -198,7 +198,7 @@ class Sweep {
     return forward(true, step);
   }
 
-  /// |∇J|, 2-norm over the whitened unknowns: the costate without feedback, backward along the nominal.
+  /// |∇J|, 2-norm over the whitened unknowns: the costate, backward along the nominal.
   [[nodiscard]] Scalar gradient() {
     const int now = store_.now();
     CostToGo<Scalar, n> v;
@@ -252,7 +252,7 @@ class Sweep {
     if (prior.diffuse) return false;
     const int now = store_.now();
     const X a = infeasible ? X(kernel::zeros<X>()) : prior.a[now];
-    // x_0 need not be x̂_0 + L a: a guess, or a prior that has just moved.
+    // x_0 need not be x̂_0 + L a, whose J this is: a guess, rounding in deviations of a singular P_0.
     const X off = prior.x + prior.L * a - store_.node(0).x[now];
     const X slope = v.slope + v.information * off;
     Matrix<Scalar, n, n> C = kernel::transposed(prior.L) * v.information * prior.L;
@@ -263,7 +263,7 @@ class Sweep {
     const X g = a + kernel::transposed(prior.L) * slope;
     prior.law = -factor.solve(g);
     sums.decrease -= kernel::dot(g, prior.law) / Scalar(2);
-    sums.cost += kernel::squared_norm(a) / Scalar(2);
+    sums.cost += (kernel::squared_norm(a) + kernel::dot(X(v.slope + slope), off)) / Scalar(2);
     const bool finite = all_finite(prior.law) && std::isfinite(sums.decrease);
     if (infeasible) {
       sums.noise = prior_noise(prior, v, sums.noise, std::numeric_limits<Scalar>::infinity());
