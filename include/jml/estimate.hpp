@@ -15,7 +15,8 @@ struct Scratch {};
 /// x: n, in the units of the model. P: n×n. For the symmetric rules (Kalman, EKF, SDDRE) P is the
 /// covariance of x to first order; for the JML rule it is the nonsymmetric Riccati matrix of eq. (9) and
 /// NOT a covariance.
-template <typename Scalar_, int n>
+/// `degrees`: of freedom, where the state lives in a space (model/space.hpp) and P in its tangent.
+template <typename Scalar_, int n, int degrees = n>
 struct Estimate {
   using Scalar = Scalar_;
   static_assert(n >= 0,
@@ -23,7 +24,7 @@ struct Estimate {
                 "jml::Estimate<double, n>{x, P} where x or P have their size at run time");
   static constexpr int states = n;
   Vector<Scalar, n> x = kernel::zeros<Vector<Scalar, n>>();
-  Matrix<Scalar, n, n> P = kernel::zeros<Matrix<Scalar, n, n>>();
+  Matrix<Scalar, degrees, degrees> P = kernel::zeros<Matrix<Scalar, degrees, degrees>>();
 
   Estimate() = default;
   explicit Estimate(Scratch) : x(), P() {
@@ -33,17 +34,17 @@ struct Estimate {
     }
   }
   explicit Estimate(const Argument<Scalar, n>& state) : x(state) {}
-  Estimate(const Argument<Scalar, n>& state, const Argument<Scalar, n, n>& covariance)
+  Estimate(const Argument<Scalar, n>& state, const Argument<Scalar, degrees, degrees>& covariance)
       : x(state), P(covariance) {}
 };
 
-template <typename Scalar, int n>
-Estimate(const Vector<Scalar, n>&, const Matrix<Scalar, n, n>&) -> Estimate<Scalar, n>;
+template <typename Scalar, int n, int degrees>
+Estimate(const Vector<Scalar, n>&, const Matrix<Scalar, degrees, degrees>&) -> Estimate<Scalar, n, degrees>;
 
 /// From Eigen expressions: Estimate{x0, 0.1 * Matrix::Identity()}.
 template <typename X, typename C>
 Estimate(const Eigen::MatrixBase<X>&, const Eigen::MatrixBase<C>&)
-    -> Estimate<typename X::Scalar, X::RowsAtCompileTime>;
+    -> Estimate<typename X::Scalar, X::RowsAtCompileTime, C::RowsAtCompileTime>;
 /// A number for P, where n = 1.
 template <typename X, typename Number>
   requires std::is_arithmetic_v<Number>

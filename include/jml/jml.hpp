@@ -30,4 +30,7 @@
 #include <jml/iterated/iterated.hpp>
 #include <jml/iterated/one_step_cost.hpp>
 #include <jml/model/check.hpp>
+#include <jml/model/check_in_space.hpp>
+#include <jml/model/rotation.hpp>
+#include <jml/model/sphere.hpp>
 #include <jml/riccati/davison_maki.hpp>

@@ -56,6 +56,8 @@ enum class Status : std::uint8_t {
   invalid_disturbance_bound,  ///< an entry of the disturbance bound is negative or not finite; or G is not
                               ///< finite
   invalid_noise_bound,        ///< an entry of the noise bound is negative or not finite
+  outside_space,  ///< the dynamics led to numbers that are no state of their space (a quaternion of another
+                  ///< length than 1)
   state_unbounded,  ///< bounded noise: a state has no bound yet, neither from a prior box nor from a
                     ///< measurement
 };
@@ -147,6 +149,8 @@ enum class Solver : std::uint8_t {
       return "refused: a bound of the disturbance is negative or not finite";
     case Status::invalid_noise_bound:
       return "refused: a bound of the measurement noise is negative or not finite";
+    case Status::outside_space:
+      return "refused: the dynamics left the space of the state";
     case Status::state_unbounded:
       return "refused: a state has no bound yet: give a prior box, or measure it with update() first";
   }

@@ -57,7 +57,7 @@ struct BoundedNoise : Rule_ {
 
   template <typename D>
   static consteval bool accepts() {
-    return detail::require_discrete<D>();
+    return detail::require_discrete<D>() && detail::require_flat<D>();
   }
 
   /// invalid_box: a NaN, or a lower bound above its upper one.

@@ -28,6 +28,9 @@ JML_INLINE inline Vector<T, DynamicsTraits<D>::disturbances> disturbance_bound(c
   static_assert(q == 0 || detail::HasHook<detail::hooks::DisturbanceBound, D, Vector<T, n>, At>,
                 "jml: bounded noise: dynamics with disturbances need disturbance_bound(), q, as (), (x) or "
                 "(x, at), const");
+  static_assert(!detail::NoisyDynamicsIn<D, T, n, At>,
+                "jml: a box is of noise that adds: dynamics(x), and disturbance_input() where it is not the "
+                "identity; dynamics(x, w) is for the methods with a covariance");
   if constexpr (q == 0)
     return {};
   else
@@ -39,6 +42,10 @@ template <typename T, int n, typename S, typename At>
 JML_INLINE inline Vector<T, measurements_of<S>> noise_bound(const S& s, const Vector<T, n>& x, const At& at) {
   static_assert(detail::HasHook<detail::hooks::NoiseBound, S, Vector<T, n>, At>,
                 "jml: bounded noise: a sensor needs noise_bound(), p, as (), (x) or (x, at), const");
+  static_assert(
+      !detail::NoisySensorIn<S, T, n, At>,
+      "jml: a box is of noise that adds: measurement(x); measurement(x, v) is for the methods with a "
+      "covariance");
   return detail::evaluate<detail::hooks::NoiseBound, measurements_of<S>, 1>(s, x, at);
 }
 

@@ -65,7 +65,7 @@ class Algebraic {
 
   template <typename D>
   static consteval bool accepts() {
-    return detail::require_continuous<D>();
+    return detail::require_continuous<D>() && detail::require_flat<D>();
   }
 
   /// A state that is not finite is refused. The first solution is a cold one.

@@ -89,7 +89,8 @@ class Continuous {
 
   template <typename D>
   static consteval bool accepts() {
-    return detail::require_continuous<D>() && detail::require_linear_if_kalman<Rule, DynamicsTraits<D>>();
+    return detail::require_continuous<D>() && detail::require_flat<D>() &&
+           detail::require_linear_if_kalman<Rule, DynamicsTraits<D>>();
   }
   template <typename S>
   static consteval bool accepts_sensor() {

@@ -8,7 +8,7 @@
 /// (extended_step.hpp), and the belief keeps them as long as it needs them.
 #pragma once
 
-#include <jml/filter/factored_in_two.hpp>
+#include <jml/filter/factored_turn.hpp>
 #include <jml/filter/one_pass.hpp>
 
 namespace jml {

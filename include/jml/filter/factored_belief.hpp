@@ -109,8 +109,7 @@ struct NoiseFactors {
   Vector<Scalar, n> sizes = kernel::zeros<Vector<Scalar, n>>();  // Σ B² d, of B before it was made a triangle
 
   /// At x. False where Q is no covariance or G is not finite.
-  bool form(const D& model, const Vector<Scalar, n>& x,
-            const StepContext<Scalar, Root::Traits::controls>& at) {
+  bool form(const D& model, const Vector<Scalar, n>& x, const Context<Scalar, D>& at) {
     if constexpr (q > 0) {
       Matrix<Scalar, q, q> L;
       if (!Root::root_of_covariance(model, x, at, L)) return false;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <jml/filter/filter_core.hpp>
+#include <jml/filter/local_method.hpp>
 #include <jml/model/sensors.hpp>
 #include <utility>
 
@@ -38,8 +39,9 @@ class Filter {
  public:
   using Belief = typename Core::Belief;
   static constexpr int states = DynamicsTraits<D>::states;
+  static constexpr int degrees = degrees_of<D>;  ///< of freedom: `states`, but for states in a space
   using State = Vector<Scalar, states>;
-  using Covariance = Matrix<Scalar, states, states>;
+  using Covariance = Matrix<Scalar, degrees, degrees>;
   using Control = typename Core::Control;
   using At = typename Core::At;
   template <typename S>
@@ -91,8 +93,8 @@ class Filter {
   // can be changed. For these include jml/filter/way_out.hpp (jml.hpp does).
   /// P ← P + diag(variances), n, ≥ 0, units of x². A window begins anew at the present. invalid_option: a
   /// negative entry or a NaN. Nothing is changed on refusal.
-  [[nodiscard]] Status inflate(const Argument<Scalar, states>& variances) {
-    detail::Loosening<Scalar, states> by;
+  [[nodiscard]] Status inflate(const Argument<Scalar, degrees>& variances) {
+    detail::Loosening<Scalar, degrees> by;
     by.added = variances;
     return core_.status == Status::ok ? loosen(core_.belief, by, time()) : core_.status;
   }
@@ -100,8 +102,8 @@ class Filter {
   /// the other states. invalid_option: no such state, or a variance that is none.
   [[nodiscard]] Status reset_variance(int state, Scalar variance) {
     if (core_.status != Status::ok) return core_.status;
-    if (state < 0 || state >= states) return Status::invalid_option;
-    detail::Loosening<Scalar, states> by;
+    if (state < 0 || state >= degrees) return Status::invalid_option;
+    detail::Loosening<Scalar, degrees> by;
     by.kept(state) = Scalar(0);
     by.added(state) = variance;
     return loosen(core_.belief, by, time());
@@ -178,6 +180,8 @@ class Filter {
   [[nodiscard]] const D& dynamics() const {
     if constexpr (Core::rolls_back)
       return core_.belief.dynamics();
+    else if constexpr (requires { core_.model.dynamics.model; })
+      return core_.model.dynamics.model;
     else
       return core_.model.dynamics;
   }
@@ -206,7 +210,7 @@ class Filter {
     if constexpr (std::is_base_of_v<Estimate<Scalar, states>, Belief>)
       return static_cast<const Estimate<Scalar, states>&>(core_.belief);
     else
-      return Estimate<Scalar, states>{x(), P()};
+      return Estimate<Scalar, states, degrees>{x(), P()};
   }
   // Of a method that remembers: `age` steps ago, 0 … depth().
   [[nodiscard]] decltype(auto) x(int age) const

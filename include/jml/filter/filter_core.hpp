@@ -53,7 +53,7 @@ consteval bool require_time() {
 template <typename M, typename D, typename Scalar>
 class FilterCore {
  public:
-  using Method = typename MethodOf<M>::type;
+  using Method = typename MethodFor<M, D>::type;
   using Belief = BeliefOf<M, D, Scalar>;
   using Control = Argument<Scalar, DynamicsTraits<D>::controls>;
   using At = StepContext<Scalar, DynamicsTraits<D>::controls>;
@@ -229,8 +229,11 @@ class FilterCore {
     return report;
   }
 
-  static Model make_model(const Method& method, const D& dynamics) {
-    if constexpr (std::is_constructible_v<Model, D, Method>)
+  template <typename Given>
+  static Model make_model(const Method& method, const Given& dynamics) {
+    if constexpr (!rolls_back && requires { typename Method::Local; } && std::is_same_v<Given, D>)
+      return make_model(method, typename Method::Local{dynamics});
+    else if constexpr (std::is_constructible_v<Model, Given, Method>)
       return Model(dynamics, method);
     else
       return Model(dynamics);

@@ -112,7 +112,7 @@ struct ModelOf<M, Scalar, D> {
 
 template <typename M, typename Scalar, typename D, typename S>
 struct ReportOf {
-  using type = StepReport<Scalar, DynamicsTraits<D>::states, SensorTraits<S>::measurements>;
+  using type = StepReport<Scalar, degrees_of<D>, SensorTraits<S>::measurements>;
 };
 template <typename M, typename Scalar, typename D, typename S>
   requires requires { typename M::template Report<Scalar, D, S>; }
@@ -122,7 +122,7 @@ struct ReportOf<M, Scalar, D, S> {
 
 template <typename M, typename Scalar, typename D>
 struct StartOf {
-  using type = Estimate<Scalar, DynamicsTraits<D>::states>;
+  using type = Estimate<Scalar, DynamicsTraits<D>::states, degrees_of<D>>;
 };
 template <typename M, typename Scalar, typename D>
   requires requires { typename M::template Start<Scalar, D>; }
@@ -202,19 +202,42 @@ consteval bool require_accepted_sensor() {
   return require_sensor<S>();
 }
 
+template <typename M, typename D>
+consteval bool runs_locally();
+template <typename Inner, typename D>
+struct LocalMethod;  // filter/local_method.hpp
+template <typename Inner, typename D>
+struct LocalRecord;  // interval/local_record.hpp
+template <typename Inner, typename D>
+struct LocalSmoother;  // interval/local_smoother.hpp
+
+/// M as it runs on D: itself in ℝⁿ.
+template <typename M, typename D>
+struct MethodFor {
+  using type = typename MethodOf<M>::type;
+};
+template <typename M, typename D>
+  requires(runs_locally<typename MethodOf<M>::type, D>())
+struct MethodFor<M, D> {
+  using Of = typename MethodOf<M>::type;
+  static constexpr bool remembers = rolls_back<Of>(), lists = requires { typename Of::SensorList; };
+  using Memory = std::conditional_t<lists, LocalRecord<Of, D>, LocalSmoother<Of, D>>;
+  using type = std::conditional_t<remembers, Memory, LocalMethod<Of, D>>;
+};
+
 }  // namespace detail
 
 template <typename M, typename D, typename Scalar = double>
-using ModelOf = typename detail::ModelOf<typename MethodOf<M>::type, Scalar, D>::type;
+using ModelOf = typename detail::ModelOf<typename detail::MethodFor<M, D>::type, Scalar, D>::type;
 template <typename M, typename D, typename Scalar = double>
-using BeliefOf = typename MethodOf<M>::type::template Belief<Scalar, D>;
+using BeliefOf = typename detail::MethodFor<M, D>::type::template Belief<Scalar, D>;
 template <typename M, typename D, typename S, typename Scalar = double>
-using ReportOf = typename detail::ReportOf<typename MethodOf<M>::type, Scalar, D, S>::type;
+using ReportOf = typename detail::ReportOf<typename detail::MethodFor<M, D>::type, Scalar, D, S>::type;
 
 /// M can carry a belief of D through time. (What it asks of sensors shows where one is given.)
 template <typename M, typename D, typename Scalar = double>
 concept Method = requires { typename BeliefOf<M, D, Scalar>; } &&
-                 (requires(const typename MethodOf<M>::type& method, ModelOf<M, D, Scalar>& model,
+                 (requires(const typename detail::MethodFor<M, D>::type& method, ModelOf<M, D, Scalar>& model,
                            const BeliefOf<M, D, Scalar>& prior, BeliefOf<M, D, Scalar>& next,
                            const StepContext<Scalar, DynamicsTraits<D>::controls>& at) {
                    { method.predict(model, prior, at, next) } -> std::same_as<Status>;

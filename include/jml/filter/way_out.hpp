@@ -4,6 +4,7 @@
 #pragma once
 
 #include <jml/filter/factored.hpp>
+#include <jml/filter/local_belief.hpp>
 
 namespace jml::detail {
 
@@ -65,6 +66,24 @@ template <typename Belief, typename Scalar, int n>
   if (!all_finite(present.P)) return Status::covariance_lost;
   const Status status = loosen(present, by, time);
   return status == Status::ok ? belief.reset(present, time) : status;
+}
+
+/// Of a state in a space P is in the tangent at it, and the state stays.
+template <typename Scalar, typename D, typename Local, int n>
+[[nodiscard]] Status loosen(LocalBelief<Scalar, D, Local>& belief, const Loosening<Scalar, n>& by,
+                            double time) {
+  return loosen(belief.local, by, time);
+}
+template <typename Belief, typename Scalar, int n>
+  requires requires(Belief& belief, const Estimate<Scalar, n>& estimate) {
+    belief.reset(belief.x(), estimate, 0.0);
+  }
+[[nodiscard]] Status loosen(Belief& belief, const Loosening<Scalar, n>& by, double time) {
+  WatchedEstimate<Scalar, n> present;
+  present.P = belief.P();
+  if (!all_finite(present.P)) return Status::covariance_lost;
+  const Status status = loosen(present, by, time);
+  return status == Status::ok ? belief.reset(belief.x(), present, time) : status;
 }
 
 }  // namespace jml::detail

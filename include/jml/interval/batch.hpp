@@ -7,6 +7,7 @@
 #include <array>
 #include <jml/filter/filter.hpp>
 #include <jml/interval/fineness.hpp>
+#include <jml/interval/local_record.hpp>
 #include <jml/interval/minimise.hpp>
 #include <jml/interval/recording.hpp>
 #include <jml/interval/start.hpp>
@@ -25,7 +26,15 @@ struct Recorder {
   template <typename Scalar, typename D, typename S>
   using Report = jml::Report<Scalar, measurements_of<S>>;
 
+  using SensorList = List;
+  template <typename Sensors>
+  using With = Recorder<Sensors>;
+
   Capacity capacity;
+
+  Recorder(const Capacity& room) : capacity(room) {}  // NOLINT(google-explicit-constructor): the same thing
+  template <typename Other>
+  explicit Recorder(const Recorder<Other>& other) : capacity(other.capacity) {}
 
   template <typename D>
   static consteval bool accepts() {
@@ -87,27 +96,28 @@ struct Recorder {
 template <typename D, typename List, typename Scalar_ = double>
 class Batch : public Filter<Recorder<List>, D, Scalar_> {
   using Base = Filter<Recorder<List>, D, Scalar_>;
-  using Store = typename Base::Belief;
+  using Belief = typename Base::Belief;
+  static constexpr bool in_charts = requires(Belief& b) { b.inside(); };
 
  public:
   using Scalar = Scalar_;
-  static constexpr int states = DynamicsTraits<D>::states;
+  static constexpr int states = DynamicsTraits<D>::states, degrees = degrees_of<D>;
   static constexpr int disturbances = DynamicsTraits<D>::disturbances;
   using typename Base::Covariance;
   using typename Base::State;
 
   /// `prior`: x̂_0 and P_0, symmetric positive semidefinite. `time`: s, of x_0. A bad one does not throw:
   /// status() names it, and every verb and solve() answer it.
-  Batch(D dynamics, List, const Estimate<Scalar, states>& prior, Capacity capacity, double time = 0)
+  Batch(D dynamics, List, const Estimate<Scalar, states, degrees>& prior, Capacity capacity, double time = 0)
       : Base(Recorder<List>{capacity}, std::move(dynamics), prior, time) {}
   /// Of another size: refused in words.
-  template <int n>
-    requires(n != states)
-  Batch(D dynamics, List, const Estimate<Scalar, n>& prior, Capacity capacity, double time = 0)
+  template <int n, int m>
+    requires(n != states || m != degrees)
+  Batch(D dynamics, List, const Estimate<Scalar, n, m>& prior, Capacity capacity, double time = 0)
       : Base(Recorder<List>{capacity}, std::move(dynamics), prior, time) {}
 
-  /// Where to begin at the present node, for Start::given.
-  void guess(const Argument<Scalar, states>& x) { store().node(store().last()).x[store().now()] = x; }
+  /// Where to begin at the present node, for Start::given: a state.
+  void guess(const Argument<Scalar, states>& x) { detail::set_point(store(), store().last(), x); }
 
   BatchOptions options;
   Start start = Start::filter;
@@ -124,9 +134,9 @@ class Batch : public Filter<Recorder<List>, D, Scalar_> {
       const auto at = end_of(store().node(j).at());
       store().visit(j, [&](const auto& record) {
         if (report.status == Status::sensor_not_finite && report.node < 0 &&
-            !all_finite(measurement(record.sensor, x(j), at)))
+            !all_finite(measurement(record.sensor, coordinates(j), at)))
           report.node = j;
-        if (usable(report.status) && detail::too_fine(record.sensor, x(j), record.y, at))
+        if (usable(report.status) && detail::too_fine(record.sensor, coordinates(j), record.y, at))
           report.status = Status::accuracy_not_met;
       });
     }
@@ -136,13 +146,18 @@ class Batch : public Filter<Recorder<List>, D, Scalar_> {
   [[nodiscard]] int steps() const { return store().last(); }  ///< nodes 0 … steps()
   using Base::time;
   using Base::x;
-  [[nodiscard]] const State& x(int node) const { return store().node(node).x[store().now()]; }
+  [[nodiscard]] decltype(auto) x(int node) const {
+    if constexpr (in_charts)
+      return detail::point_of(store(), node);
+    else
+      return coordinates(node);
+  }
   [[nodiscard]] double time(int node) const { return store().time_of(node); }  ///< s
   /// The disturbance between `node` and the next, in the units of the model, without its mean w̄.
   [[nodiscard]] Vector<Scalar, disturbances> w(int node) const {
     auto L = kernel::zeros<Matrix<Scalar, disturbances, disturbances>>();
-    (void)detail::NoiseRoot<Scalar, D>::root_of_covariance(store().dynamics(), x(node),
-                                                           store().node(node + 1).at(), L);
+    (void)detail::NoiseRoot<Scalar, typename Store::Dynamics>::root_of_covariance(
+        store().dynamics(), coordinates(node), store().node(node + 1).at(), L);
     return L * store().node(node + 1).b[store().now()];
   }
 
@@ -162,22 +177,22 @@ class Batch : public Filter<Recorder<List>, D, Scalar_> {
   }
 
   /// For other engines on the same problem (interval/ceres.hpp, interval/excess_cost.hpp).
-  [[nodiscard]] Store& recording() { return store(); }
+  [[nodiscard]] auto& recording() { return store(); }
 
  private:
   /// Start::filter and Start::prediction are the first two of Start::several.
   [[nodiscard]] BatchReport<Scalar> solve_from(Start which) {
     if (which != Start::given) detail::start_at(store(), which == Start::filter ? 0 : 1);
-    return detail::minimise(store(), options, false, false);
+    return minimise();
   }
   [[nodiscard]] BatchReport<Scalar> solve_from_several() {
-    std::array<BatchReport<Scalar>, 2 + 2 * states> found;
+    std::array<BatchReport<Scalar>, 2 + 2 * degrees> found;
     const auto solve_at = [&](int which) {
       detail::start_at(store(), which);
-      return detail::minimise(store(), options, false, false);
+      return minimise();
     };
     int best = 0, iterations = 0;
-    for (int i = 0; i < 2 + 2 * states; ++i) {
+    for (int i = 0; i < 2 + 2 * degrees; ++i) {
       auto& report = found[static_cast<std::size_t>(i)];
       const auto& least = found[static_cast<std::size_t>(best)];
       report = solve_at(i);
@@ -195,16 +210,45 @@ class Batch : public Filter<Recorder<List>, D, Scalar_> {
 
   template <typename Use>
   bool covariances(int last, const Use& use) {
-    return this->status() == Status::ok && detail::interval_covariances(store(), options.loss, last, use);
+    if (this->status() != Status::ok) return false;
+    if constexpr (in_charts)
+      return detail::interval_covariances(store(), options.loss, last, [&](int j, const Covariance& P) {
+        use(j, Covariance(detail::in_tangent(store(), j, P)));
+      });
+    else
+      return detail::interval_covariances(store(), options.loss, last, use);
+  }
+  /// Minimises J from the nominal; in charts about it, as often as it moved far.
+  [[nodiscard]] BatchReport<Scalar> minimise() {
+    auto report = detail::minimise(store(), options, false, false);
+    while (usable(report.status)) {
+      const bool far = detail::place_charts(store()) > Scalar(1);
+      if (!far || report.iterations >= options.max_iterations) break;
+      BatchOptions left = options;
+      left.max_iterations -= report.iterations;
+      const int before = report.iterations;
+      report = detail::minimise(store(), left, false, false);
+      report.iterations += before;
+    }
+    return report;
   }
 
-  Store& store() { return this->mutable_belief(); }
-  const Store& store() const { return this->belief(); }
+  [[nodiscard]] const auto& coordinates(int node) const { return store().node(node).x[store().now()]; }
+  static auto& inside(auto& belief) {
+    if constexpr (in_charts)
+      return belief.inside();
+    else
+      return belief;
+  }
+  auto& store() { return inside(this->mutable_belief()); }
+  const auto& store() const { return inside(this->belief()); }
+  using Store = std::remove_cvref_t<decltype(inside(std::declval<Belief&>()))>;
 };
 
-template <typename D, typename Scalar, int n>  // refused in words
-Batch(D, const Estimate<Scalar, n>&, Capacity, double = 0) -> Batch<D, void, Scalar>;
-template <typename D, typename... S, typename Scalar, int n>
-Batch(D, Sensors<S...>, const Estimate<Scalar, n>&, Capacity, double = 0) -> Batch<D, Sensors<S...>, Scalar>;
+template <typename D, typename Scalar, int n, int m>  // refused in words
+Batch(D, const Estimate<Scalar, n, m>&, Capacity, double = 0) -> Batch<D, void, Scalar>;
+template <typename D, typename... S, typename Scalar, int n, int m>
+Batch(D, Sensors<S...>, const Estimate<Scalar, n, m>&, Capacity, double = 0)
+    -> Batch<D, Sensors<S...>, Scalar>;
 
 }  // namespace jml

@@ -64,6 +64,7 @@ struct FixedLag {
   static constexpr bool rolls_back = true, optimal_on_linear = true, symmetric = true;
   template <typename Scalar, int n>
   using RunsOn = Dual<Scalar, n>;
+  using SensorList = List;
   template <typename Sensors>
   using With = FixedLag<length, measurements, Sensors>;
   template <typename Scalar, typename D>
@@ -146,6 +147,11 @@ struct FixedLag {
   }
 
  private:
+  /// Noise is frozen where it was first met; in charts as long as it moves, for it may enter in any way.
+  template <typename Belief>
+  static constexpr bool once() {
+    return !detail::InCharts<Belief>;
+  }
   [[nodiscard]] bool valid() const {
     return options.sweeps > 0 && options.tolerance >= 0 && options.tolerance < 1 && options.loss.valid();
   }
@@ -153,7 +159,7 @@ struct FixedLag {
   template <typename Belief, typename S, typename Y, typename Report>
   void between(Belief& window, int node, double ahead, const S& sensor, const Y& y, Report& report) const {
     using D = typename Belief::Dynamics;
-    if constexpr (!reads_context<typename Belief::Scalar, D>() || !Belief::noise_follows_dt) {
+    if constexpr (!detail::splits<typename Belief::Scalar, D>) {
       report.status = Status::invalid_time_step;
     } else {
       const bool full = window.depth() == Belief::longest;
@@ -208,8 +214,9 @@ struct FixedLag {
         if (report.gate == Verdict::rejected) return;
       }
       if (const Status status = window.add(node, sensor, y); status != Status::ok) return answer(status);
-      const auto found = detail::minimise(
-          window, {options.sweeps, options.tolerance, options.loss, options.newton, true}, true, true);
+      const auto found =
+          detail::minimise(window, {options.sweeps, options.tolerance, options.loss, options.newton, true},
+                           true, once<Belief>());
       report.status = found.status;
       report.sweeps = found.iterations;
       report.cost = found.cost;

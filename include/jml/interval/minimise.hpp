@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <jml/interval/freeze.hpp>
 #include <jml/interval/way_down.hpp>
 
 namespace jml {
@@ -67,18 +68,22 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
   Sweep<Store> sweep(store, options.loss);
   PassSums<Scalar> sums;
   Scalar change = 0;
-  if (!once) report.status = sweep.freeze(change);
+  if (!once) report.status = freeze(store, change);
   if (report.status != Status::ok) return report;
 
   const auto unknowns = static_cast<Scalar>(states_of<D> + store.last() * DynamicsTraits<D>::disturbances);
   constexpr Scalar none = std::numeric_limits<Scalar>::infinity();
-  Scalar damping = 0, growth = 4, scale = 1, before = none, step = 0;
+  Scalar damping = 0, growth = 4, scale = 1, before = none, bent_decrease = none, step = 0;
   bool infeasible = !feasible, known = false;
   int saddles = 0;
   int accepted = 0;  // trajectories taken in place of the one before
   Scalar cost_before = std::numeric_limits<Scalar>::quiet_NaN();
   bool in_two = false, exact = false;    // the digits of Scalar do not suffice; they do
   bool newton = false, defined = false;  // defined: some trial has a finite J
+  bool slowly = false;                   // Gauss-Newton in twice the digits does not get on
+  // In charts the models move with the answer many times: between two of these it need not be closer than
+  // they are.
+  Scalar loose = InCharts<Store> && !once ? Scalar(1e-2) : Scalar(0);
   // |δ|² C ≈ δᵀCδ: a damping that matters is of the size of C.
   const auto begin_damping = [&] {
     scale = Scalar(1) + (step > Scalar(0) ? Scalar(2) * sums.decrease / step : Scalar(0));
@@ -90,8 +95,8 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
   int limit = std::min(options.max_iterations, most);
   while (report.iterations < limit) {
     ++report.iterations;
-    const bool full =
-        !in_two && newton && !infeasible && sweep.template backward<Curvature::full>(false, damping, sums);
+    const bool full = (!in_two || slowly) && newton && !infeasible &&
+                      sweep.template backward<Curvature::full>(false, damping, sums);
     bool valid = full || (in_two ? sweep.backward_in_two(infeasible, damping, sums)
                                  : sweep.backward(infeasible, damping, sums));
     const bool quiet = valid && epsilon * sums.noise <= most_noise<Scalar>;
@@ -124,13 +129,17 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
       known = true;
       continue;
     }
+    const bool judged = !(full && in_two);  // a pass whose digits suffice says where it ends
     if (!infeasible) {
       if (!known) report.cost = sums.cost;
       known = true;
       report.step = std::sqrt(Scalar(2) * sums.decrease / unknowns);
       const Scalar floor = Scalar(64) * epsilon * (std::abs(report.cost) + Scalar(1));
-      const bool met = damping == Scalar(0) && report.step <= tolerance;
-      const bool at_rounding = sums.decrease <= floor && sums.decrease > before / Scalar(4);
+      const bool met = judged && damping == Scalar(0) && report.step <= std::max(tolerance, loose);
+      if (!judged) bent_decrease = sums.decrease;
+      const bool slow = in_two && newton && !all_linear<D, typename Store::List> && bent_decrease > floor;
+      const bool at_rounding =
+          judged && sums.decrease <= floor && sums.decrease > before / Scalar(4) && !slow;
       if (met || at_rounding) {
         if constexpr (!all_linear<D, typename Store::List>) {
           const bool minimum = full && damping == Scalar(0);  // as the pass just made has shown
@@ -145,9 +154,11 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
         }
         report.status = met ? Status::ok : Status::accepted_at_rounding;
         if (once) return report;
-        if (const Status status = sweep.freeze(change); status != Status::ok)
+        if (const Status status = freeze(store, change); status != Status::ok)
           return report.status = status, report;
-        if (!(change > tolerance)) return report.gradient = sweep.gradient(), report;
+        if (!(change > tolerance) && (report.step <= tolerance || at_rounding))
+          return report.gradient = sweep.gradient(), report;
+        loose = std::min(loose, change / Scalar(20));
         infeasible = true;
         before = none;
         report.status = Status::not_converged;
@@ -172,8 +183,9 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
     } else if (cost <= report.cost + rounding ||
                (sums.decrease <= noise && cost <= report.cost + noise && damping == Scalar(0))) {
       const Scalar model = sums.decrease + damping * step / Scalar(2);
-      const Scalar ratio = model <= rounding ? Scalar(1) : (report.cost - cost) / model;
-      before = sums.decrease;
+      const Scalar ratio = model <= Scalar(16) * rounding ? Scalar(1) : (report.cost - cost) / model;
+      slowly = in_two && !full && sums.decrease > before / Scalar(64);
+      before = judged ? sums.decrease : none;
       store.flip();
       cost_before = report.cost;
       report.cost = cost;

@@ -84,6 +84,7 @@ bool factor_precisely(const Matrix<Scalar, p, p>& R, kernel::SymmetricFactor<Sca
 template <typename Scalar, int n, typename S, typename At>
 struct Record {
   static constexpr int p = measurements_of<S>;
+  static_assert(require_additive_noise<S, Vector<Scalar, n>, At>());
   static constexpr bool varies = !ConstantHook<hooks::NoiseCovariance, S, Vector<Scalar, n>, At>;
 
   [[no_unique_address]] S sensor;
@@ -91,8 +92,15 @@ struct Record {
   kernel::SymmetricFactor<Scalar, p> R{kernel::zeros<Matrix<Scalar, p, p>>(),
                                        kernel::zeros<Vector<Scalar, p>>()};
 
-  /// False where R is no covariance.
-  bool freeze(const Vector<Scalar, n>& x, const At& at) {
+  /// False where R is no covariance. `moved`: by how many deviations the v moved that m(x, v) is taken at.
+  bool freeze(const Vector<Scalar, n>& x, const At& at, Scalar* moved = nullptr) {
+    if constexpr (requires { sensor.point.v; }) {
+      const Vector<Scalar, p> nu = R.solve(measurement_residual(sensor, y, measurement(sensor, x, at)));
+      const Scalar by = sensor.refreeze(x, nu, at);
+      if (moved != nullptr) *moved = by;
+    } else if (moved != nullptr) {
+      *moved = Scalar(0);
+    }
     const Matrix<Scalar, p, p> value = noise_covariance(sensor, x, at);
     return is_noise_covariance(value) && factor_precisely(value, R);
   }
@@ -103,9 +111,8 @@ template <typename Scalar, typename D, typename List>
 constexpr bool keeps_context = true;
 template <typename Scalar, typename D, typename... S>
 constexpr bool keeps_context<Scalar, D, Sensors<S...>> =
-    reads_context<Scalar, D>() || (sensor_reads_context<S, Vector<Scalar, states_of<D>>,
-                                                        StepContext<Scalar, DynamicsTraits<D>::controls>>() ||
-                                   ...);
+    reads_context<Scalar, D>() ||
+    (sensor_reads_context<S, Vector<Scalar, states_of<D>>, Context<Scalar, D>>() || ...);
 
 /// x̂_0, P_0 = L diag(1 / weight) Lᵀ, and the whitened offset a of the nominal x_0 = x̂_0 + L a, with a term
 /// ½ Σ weight a² in J. weight is 1, or 0 along a direction of which nothing is known.

@@ -14,7 +14,7 @@ struct NoiseRoot {
   using Traits = DynamicsTraits<D>;
   static constexpr int n = Traits::states, q = Traits::disturbances;
   using X = Vector<Scalar, n>;
-  using At = StepContext<Scalar, Traits::controls>;
+  using At = Context<Scalar, D>;
   static constexpr bool has_mean = has_disturbance_mean<D, X, At>();
   /// The same at every state and time.
   static constexpr bool constant = ProcessNoise<Scalar, D>::constant && !has_mean;

@@ -17,6 +17,7 @@
 #include <jml/filter/factored.hpp>
 #include <jml/filter/filter.hpp>
 #include <jml/interval/fineness.hpp>
+#include <jml/interval/local_smoother.hpp>
 #include <jml/interval/room.hpp>
 #include <jml/interval/smoother_memory.hpp>
 
@@ -30,13 +31,6 @@ template <OnePassRule Rule>
 inline constexpr bool is_smoothable<Rule> = Rule::symmetric;
 template <typename Rule>
 inline constexpr bool is_smoothable<Factored<Rule>> = true;
-
-/// Where a filter stands, for a smoother that goes on from there.
-template <typename Belief>
-struct SmootherStart {
-  const Belief& belief;
-  Status status;
-};
 
 }  // namespace detail
 
@@ -207,6 +201,7 @@ template <typename M, typename D, typename Scalar = double>
 class Smoother : public Filter<Remembering<M>, D, Scalar> {
   using Base = Filter<Remembering<M>, D, Scalar>;
   using Memory = typename Base::Belief;
+  static constexpr bool in_charts = requires(const Memory& memory) { memory.chart(0); };
 
  public:
   using typename Base::Covariance;
@@ -217,7 +212,7 @@ class Smoother : public Filter<Remembering<M>, D, Scalar> {
   /// invalid_option: more than the heap would give.
   Smoother(const Filter<M, D, Scalar>& filter, int capacity)
       : Base({filter.method(), capacity}, filter.dynamics(),
-             detail::SmootherStart<typename Memory::Filtered>{filter.belief(), filter.status()},
+             detail::SmootherStart<typename Filter<M, D, Scalar>::Belief>{filter.belief(), filter.status()},
              filter.time()) {
     this->gate = filter.gate;
   }
@@ -234,17 +229,29 @@ class Smoother : public Filter<Remembering<M>, D, Scalar> {
   [[nodiscard]] int samples() const { return this->belief().last + 1; }
   // Of a node, 0 ≤ k < samples():
   /// As of the last smooth(); at nodes that are newer, the filter's.
-  [[nodiscard]] const State& x(int k) const { return this->belief().node(k).smoothed.x; }
-  [[nodiscard]] const Covariance& P(int k) const { return this->belief().node(k).smoothed.P; }
+  [[nodiscard]] decltype(auto) x(int k) const {
+    if constexpr (in_charts)
+      return this->belief().x(k);
+    else
+      return (this->belief().node(k).smoothed.x);
+  }
+  [[nodiscard]] decltype(auto) P(int k) const {
+    if constexpr (in_charts)
+      return this->belief().P(k);
+    else
+      return (this->belief().node(k).smoothed.P);
+  }
   /// x, U and D of a factored form.
   [[nodiscard]] const auto& smoothed(int k) const
-    requires Memory::factored
+    requires(Memory::factored && !in_charts)
   {
     return this->belief().node(k).factors;
   }
   [[nodiscard]] double time(int k) const { return this->belief().node(k).time; }  ///< s
   /// The filter's belief after the last correction there.
-  [[nodiscard]] const typename Memory::Filtered& filtered(int k) const {
+  [[nodiscard]] const typename Memory::Filtered& filtered(int k) const
+    requires(!in_charts)
+  {
     return this->belief().node(k).filtered;
   }
   // Of the last node, as the filter has them; and that filter.

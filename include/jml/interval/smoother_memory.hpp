@@ -33,6 +33,13 @@ template <typename Scalar, int n>
   return true;
 }
 
+/// Where a filter stands, for a smoother that goes on from there.
+template <typename Belief>
+struct SmootherStart {
+  const Belief& belief;
+  Status status;
+};
+
 /// The forward pass's filter and its records. M: the method of the forward pass.
 template <typename Scalar_, typename D, typename M>
 class SmootherMemory {

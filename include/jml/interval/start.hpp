@@ -4,6 +4,7 @@
 #pragma once
 
 #include <jml/interval/linearised.hpp>
+#include <jml/interval/local_record.hpp>
 
 namespace jml {
 
@@ -35,6 +36,7 @@ void start_at_filter(Store& store,
     auto& node = store.node(j);
     if (j > 0) {
       bool valid = true;
+      place_chart(store, j);
       if constexpr (!NoiseRoot<Scalar, D>::constant)
         valid = node.noise.form(store.dynamics(), store.node(j - 1).x[now], node.at());
       if (valid) static_cast<void>(linearised_step(store, j, belief));
@@ -48,6 +50,7 @@ void start_at_filter(Store& store,
     if (valid) static_cast<void>(linearised_correction(store, j, Loss{}, belief));
     kernel::assign(node.x[now], belief.x);
   }
+  static_cast<void>(place_charts(store));
 }
 
 /// Sets the nominal states to the prediction from the prior.
@@ -56,6 +59,7 @@ void start_at_prediction(Store& store) {
   auto x = store.start().x;
   for (int j = 0; j <= store.last(); ++j) {
     auto& node = store.node(j);
+    place_chart(store, j);
     if (j > 0) x = predicted_state(store.dynamics(), x, node.at());
     node.x[store.now()] = x;
   }

@@ -24,38 +24,6 @@ class Sweep {
  public:
   explicit Sweep(Store& store, const Loss& loss) : store_(store), loss_(loss) {}
 
-  /// Freezes state-dependent G, Q, R and w̄ at the nominal; `change`: the largest relative change of any.
-  [[nodiscard]] Status freeze(Scalar& change) {
-    const int now = store_.now();
-    Status status = Status::ok;
-    change = 0;
-    const auto compare = [&change](const auto& before, const auto& after) {
-      const Scalar size = kernel::largest(after), moved = kernel::largest(after - before);
-      if (moved > change * size) change = size > Scalar(0) ? moved / size : Scalar(1);
-    };
-    for (int j = 0; j <= store_.last(); ++j) {
-      auto& node = store_.node(j);
-      store_.visit(j, [&](auto& record) {
-        if constexpr (std::remove_reference_t<decltype(record)>::varies) {
-          const auto before = record.R;
-          if (!record.freeze(node.x[now], end_of(node.at()))) status = Status::invalid_noise_covariance;
-          compare(before.inverse_diagonal, record.R.inverse_diagonal);
-          compare(before.lower, record.R.lower);  // correlations
-        }
-      });
-      if constexpr (!NoiseRoot<Scalar, D>::constant) {
-        if (j == 0) continue;
-        NoiseRoot<Scalar, D> root;
-        if (!root.form(store_.dynamics(), store_.node(j - 1).x[now], node.at()))
-          status = Status::invalid_disturbance_covariance;
-        if constexpr (q > 0) compare(node.noise.B, root.B);
-        if constexpr (NoiseRoot<Scalar, D>::has_mean) compare(node.noise.mean_effect, root.mean_effect);
-        node.noise = root;
-      }
-    }
-    return status;
-  }
-
   /// Backward from the last node: fills every law, and `sums`. `infeasible`: the nominal states are a guess
   /// that no disturbance needs to lead along; b̃ is zero, and sums.cost means nothing. False where a number is
   /// not finite or the quadratic model has no minimum.
@@ -107,7 +75,7 @@ class Sweep {
     if constexpr (curvature == Curvature::none && NoiseRoot<Scalar, D>::constant)
       note_inputs(store_.root(0).B);
     total = sums;
-    return valid && at_prior(infeasible, damping, v, total);
+    return valid && at_prior(infeasible, curvature == Curvature::full, damping, v, total);
   }
 
   /// Where the last backward pass in the digits of Scalar ended, and Λ there: node 0 is the prior.
@@ -245,11 +213,11 @@ class Sweep {
   }
 
  private:
-  JML_NOINLINE bool at_prior(bool infeasible, Scalar damping, const CostToGo<Scalar, n>& v,
+  JML_NOINLINE bool at_prior(bool infeasible, bool bent, Scalar damping, const CostToGo<Scalar, n>& v,
                              PassSums<Scalar>& sums) {
     auto& prior = store_.prior();
     stop_ = {0, v.information};
-    if (prior.diffuse) return false;
+    if (prior.diffuse && !bent) return false;
     const int now = store_.now();
     const X a = infeasible ? X(kernel::zeros<X>()) : prior.a[now];
     // x_0 need not be x̂_0 + L a, whose J this is: a guess, rounding in deviations of a singular P_0.
@@ -257,13 +225,14 @@ class Sweep {
     const X slope = v.slope + v.information * off;
     Matrix<Scalar, n, n> C = kernel::transposed(prior.L) * v.information * prior.L;
     C = kernel::symmetric_part(C);
-    kernel::add_to_diagonal(C, Scalar(1) + damping);
+    for (int i = 0; i < n; ++i) C(i, i) += prior.weight(i) + damping;
     kernel::SymmetricFactor<Scalar, n> factor;
     if (!factor.factor(C)) return false;
-    const X g = a + kernel::transposed(prior.L) * slope;
+    const X weighted = infeasible ? a : prior.weighted(now);
+    const X g = weighted + kernel::transposed(prior.L) * slope;
     prior.law = -factor.solve(g);
     sums.decrease -= kernel::dot(g, prior.law) / Scalar(2);
-    sums.cost += (kernel::squared_norm(a) + kernel::dot(X(v.slope + slope), off)) / Scalar(2);
+    sums.cost += (kernel::dot(a, weighted) + kernel::dot(X(v.slope + slope), off)) / Scalar(2);
     const bool finite = all_finite(prior.law) && std::isfinite(sums.decrease);
     if (infeasible) {
       sums.noise = prior_noise(prior, v, sums.noise, std::numeric_limits<Scalar>::infinity());

@@ -11,6 +11,7 @@
 #include <array>
 #include <cstdint>
 #include <jml/interval/linearised.hpp>
+#include <jml/interval/local_record.hpp>
 
 namespace jml {
 
@@ -45,7 +46,6 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
   using Dynamics = D;
   using Number = Scalar;
   static constexpr int longest = length;
-  static constexpr bool noise_follows_dt = Root::q == 0 || !Root::constant;
   static constexpr bool reads_contexts = keeps_context<Scalar, D, List>;
 
   explicit WindowMemory(D dynamics) : dynamics_(std::move(dynamics)) {}
@@ -133,6 +133,7 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
     first.dt = static_cast<Scalar>(ahead);
     second.time += ahead;
     second.dt = split_.at().dt - first.dt;
+    split_step(dynamics_, node(j).x[now_], first, second);
     clear(node(j + 1), first);
     node(j + 2).context = second;
   }

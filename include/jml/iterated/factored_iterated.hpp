@@ -23,7 +23,7 @@ struct Factored<Rule_> {
                 "Iterated<Sddre<>>: P of IteratedJml is no covariance and has no factors U D Uᵀ");
   using Rule = Rule_;
   using OnePassForm = Factored<typename Rule::Inner>;
-  static constexpr bool symmetric = true, optimal_on_linear = true;
+  static constexpr bool symmetric = true, optimal_on_linear = true, iterates = true;
   template <typename Scalar, int n>
   using RunsOn = Dual<Scalar, n>;
   template <typename Scalar, typename D>

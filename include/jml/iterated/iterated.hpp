@@ -21,7 +21,7 @@ namespace jml {
 template <IteratedRule Rule_>
 struct ExactStep : Rule_ {
   using Rule = Rule_;
-  static constexpr bool optimal_on_linear = true;
+  static constexpr bool optimal_on_linear = true, iterates = true;
   template <typename Scalar, int n>
   using RunsOn = Dual<Scalar, n>;
   template <typename Scalar, typename D>

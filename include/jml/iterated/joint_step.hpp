@@ -43,6 +43,7 @@ namespace detail {
 template <typename D, typename S, typename Scalar, int n, typename At, typename SensorAt>
 struct JointStep {
   static constexpr int p = measurements_of<S>;
+  static_assert(require_additive_noise<S, Vector<Scalar, n>, SensorAt>());
   using X = Vector<Scalar, n>;
   using Z = Vector<Scalar, 2 * n>;
 

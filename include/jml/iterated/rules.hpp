@@ -59,7 +59,8 @@ struct RootReport {
   /// that was redone: its last movement, in standard deviations.
   Scalar residual = 0;
   Scalar cost = 0;  ///< one-step criterion (11) at the root; may be negative where sym(P) is indefinite
-  /// x_{i/i+1}: the previous state, seen from here; of a correction alone x itself.
+  /// x_{i/i+1}: the previous state, seen from here; of a correction alone x itself. Of states in a space how
+  /// far it is from x̂_i, x_{i/i+1} ⊟ x̂_i.
   Vector<Scalar, n> smoothed = kernel::zeros<Vector<Scalar, n>>();
 };
 

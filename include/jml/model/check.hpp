@@ -216,6 +216,7 @@ void check_function(ModelReport& report, Finding::Function itself, const Vector<
 /// F(x) x = f(x) - f(0), Q is a covariance, G and w̄ are finite, a claim of linearity holds. Use several x,
 /// none of them special. f is called up to 60 n times, at up to a tenth of x (or 1e-3) beside x.
 template <Dynamics D, int n, typename At = StepContext<double, DynamicsTraits<D>::controls>>
+  requires is_flat<D>
 [[nodiscard]] ModelReport check_model(const D& d, const Vector<double, n>& x,
                                       const At& at = no_context<double, D>()) {
   static_assert(states_of<D> == n, "jml: x has not as many states as the dynamics");

@@ -39,14 +39,49 @@ constexpr bool has_noise_covariance() {
   return detail::HasHook<detail::hooks::NoiseCovariance, S, X, At>;
 }
 
+namespace detail {
+/// What the functions of D are given beside x: a StepContext, or of an adaptor something that is one.
+template <typename Scalar, typename D>
+struct ContextType {
+  using type = StepContext<Scalar, DynamicsTraits<D>::controls>;
+};
+template <typename Scalar, typename D>
+  requires requires { typename D::template Context<Scalar>; }
+struct ContextType<Scalar, D> {
+  using type = typename D::template Context<Scalar>;
+};
+template <typename Scalar, typename D>
+using Context = typename ContextType<Scalar, D>::type;
+}  // namespace detail
+
+namespace detail {
+/// G of an additive model, n×q in the tangent at f(x).
+template <int n, typename D, typename Scalar, int numbers, typename At>
+[[nodiscard]] Matrix<Scalar, n, DynamicsTraits<D>::disturbances> input_in(const D& d,
+                                                                          const Vector<Scalar, numbers>& x,
+                                                                          const At& at) {
+  constexpr int q = DynamicsTraits<D>::disturbances;
+  if constexpr (HasHook<hooks::DisturbanceInput, D, Vector<Scalar, numbers>, At>) {
+    return evaluate<hooks::DisturbanceInput, n, q>(d, x, at);
+  } else {
+    static_assert(
+        q == n,
+        "jml: the dynamics have fewer disturbances than degrees of freedom: give disturbance_input(), "
+        "degrees × q, or take w as an argument, dynamics(x, w)");
+    return kernel::identity<Matrix<Scalar, n, q>>();
+  }
+}
+}  // namespace detail
+
 /// True where any function of the dynamics takes a StepContext.
 template <typename Scalar, typename D>
 constexpr bool reads_context() {
   using namespace detail;
   using X = Vector<Scalar, states_of<D>>;
-  using At = StepContext<Scalar, DynamicsTraits<D>::controls>;
-  return ReadsContext<hooks::Dynamics, D, X, At> || ReadsContext<hooks::DynamicsJacobian, D, X, At> ||
-         ReadsContext<hooks::DynamicsSdc, D, X, At> ||
+  using At = Context<Scalar, D>;
+  return ReadsContext<hooks::Dynamics, D, X, At> ||
+         ReadsNoiseAt<hooks::Dynamics, D, X, Vector<Scalar, DynamicsTraits<D>::disturbances>, At> ||
+         ReadsContext<hooks::DynamicsJacobian, D, X, At> || ReadsContext<hooks::DynamicsSdc, D, X, At> ||
          requires(const D& d, const X& x, const At& at) { DynamicsTraits<D>::sdc_about(d, x, x, at); } ||
          ReadsContext<hooks::DisturbanceInput, D, X, At> ||
          ReadsContext<hooks::DisturbanceCovariance, D, X, At> ||
@@ -58,8 +93,9 @@ constexpr bool reads_context() {
 template <typename S, typename X, typename At>
 constexpr bool sensor_reads_context() {
   using namespace detail;
-  return ReadsContext<hooks::Measurement, S, X, At> || ReadsContext<hooks::NoiseCovariance, S, X, At> ||
-         ReadsContext<hooks::NoiseBound, S, X, At>;
+  return ReadsContext<hooks::Measurement, S, X, At> ||
+         ReadsNoiseAt<hooks::Measurement, S, X, Vector<typename X::Scalar, noises_of_sensor<S>()>, At> ||
+         ReadsContext<hooks::NoiseCovariance, S, X, At> || ReadsContext<hooks::NoiseBound, S, X, At>;
 }
 
 /// The StepContext of a free function that was given none: only for a model that does not ask.
@@ -76,6 +112,14 @@ concept PointsToAModel = requires(const T& t) {
   *t;
   requires !requires { T::RowsAtCompileTime; };
 };
+
+/// plus and minus of a struct that says `tangent`: static, and templates, as their slopes are derived.
+template <typename D>
+concept MovesByItself =
+    requires(const Vector<double, states_of<D>>& x, const Vector<double, D::tangent>& delta) {
+      { D::plus(x, delta) } -> std::convertible_to<Vector<double, states_of<D>>>;
+      { D::minus(x, x) } -> std::convertible_to<Vector<double, D::tangent>>;
+    } && !requires { &D::plus; } && !requires { &D::minus; };
 
 /// What every estimator reads of DynamicsTraits<D> is there.
 template <typename D>
@@ -106,8 +150,28 @@ consteval bool require_dynamics() {
     static_assert(!data,
                   "jml: disturbance_covariance and its like are functions, not data: write a const "
                   "member function that returns it");
+    if constexpr (requires { typename D::Space; }) {
+      constexpr bool same = SpaceOf<D>::numbers == Traits::states;
+      static_assert(same, "jml: `states` is not how many numbers a state of `Space` has: leave it out");
+      return same;
+    } else if constexpr (requires { std::integral_constant<int, D::tangent>(); }) {
+      constexpr bool moves = MovesByItself<D>;
+      static_assert(moves,
+                    "jml: dynamics with `tangent` give their space too: plus(x, δ), of `states` numbers, and "
+                    "minus(a, b), of `tangent`, static, templates over the scalar");
+      return moves;
+    }
   }
   return true;
+}
+
+/// An estimator that does not know of spaces.
+template <typename D>
+consteval bool require_flat() {
+  static_assert(is_flat<D>,
+                "jml: this estimator is of states in ℝⁿ; states in a space (`Space`, `tangent`) take Ekf, "
+                "Sddre, Jml, their factored and iterated forms, FixedLag, Batch and Smoother");
+  return is_flat<D>;
 }
 
 /// Compile-time checks of a discrete model, each with the user's mistake in words.

@@ -9,7 +9,7 @@
 #pragma once
 
 #include <jml/factors.hpp>
-#include <jml/model/concepts.hpp>
+#include <jml/model/discretize_in_space.hpp>
 #include <jml/solve/exponential.hpp>
 #include <jml/solve/runge_kutta.hpp>
 
@@ -165,8 +165,14 @@ class Discretized {
 
 /// Discrete dynamics from continuous ones: `jml::discretize<jml::RungeKutta4>(model)`. dt is given at each
 /// step. Integrator: Euler or RungeKutta4 (one step of it), NoiseModel: VanLoan or HeldNoise; any other type
-/// is a compile-time error.
+/// is a compile-time error. Of dynamics in a space, or with w as an argument: DiscretizedInSpace, noise held.
 template <typename Integrator, typename NoiseModel = VanLoan, typename Continuous>
+  requires(detail::steps_in_space<Continuous>())
+[[nodiscard]] DiscretizedInSpace<Continuous, Integrator> discretize(const Continuous& model) {
+  return DiscretizedInSpace<Continuous, Integrator>(model);
+}
+template <typename Integrator, typename NoiseModel = VanLoan, typename Continuous>
+  requires(!detail::steps_in_space<Continuous>())
 [[nodiscard]] Discretized<Continuous, Integrator, NoiseModel> discretize(const Continuous& model) {
   return Discretized<Continuous, Integrator, NoiseModel>(model);
 }

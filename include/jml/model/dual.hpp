@@ -9,19 +9,31 @@
 #include <Eigen/Core>
 #include <compare>
 #include <concepts>
+#include <jml/attributes.hpp>
 #include <jml/model/plain_number.hpp>
+#include <utility>
 
 namespace jml {
 
 template <typename Base, int n>
 struct Dual {
-  Base value{};
-  Base partial[n]{};
+  Base value;
+  Base partial[n];
 
-  constexpr Dual() = default;
+  Dual() = default;  // as of double: T() is zero, and T x; is not set
+  // Part by part: copied whole, it is a call of memcpy, which costs more than its few numbers.
+  constexpr Dual(const Dual& other) : value(other.value) {
+    each([&](int i) JML_INLINE { partial[i] = other.partial[i]; });
+  }
+  constexpr Dual& operator=(const Dual& other) {
+    value = other.value;
+    each([&](int i) JML_INLINE { partial[i] = other.partial[i]; });
+    return *this;
+  }
   template <typename Number>
     requires std::convertible_to<Number, Base>
-  constexpr Dual(const Number& number) : value(static_cast<Base>(number)) {}  // NOLINT: a constant is a dual
+  constexpr Dual(const Number& number)  // NOLINT(google-explicit-constructor): a constant is a dual
+      : value(static_cast<Base>(number)), partial{} {}
 
   /// Never: here end std::sin(x), which finds no other way in than by long double, and
   /// static_cast<double>(x).
@@ -32,6 +44,10 @@ struct Dual {
     return {};
   }
 
+  /// Its derivatives are written before they are read: zeros first would cost as much as the rest.
+  struct Bare {};
+  constexpr Dual(Bare, const Base& number) : value(number) {}
+
   /// The same derivatives of another value.
   constexpr Dual with(const Base& other) const {
     Dual out = *this;
@@ -40,37 +56,37 @@ struct Dual {
   }
   /// f(value) with the chain rule's slope f'(value).
   constexpr Dual chain(const Base& function, const Base& slope) const {
-    Dual out(function);
-    for (int i = 0; i < n; ++i) out.partial[i] = slope * partial[i];
+    Dual out(Bare{}, function);
+    each([&](int i) JML_INLINE { out.partial[i] = slope * partial[i]; });
     return out;
   }
 
   friend constexpr Dual operator+(const Dual& a) { return a; }
   friend constexpr Dual operator-(const Dual& a) {
-    Dual out(-a.value);
-    for (int i = 0; i < n; ++i) out.partial[i] = -a.partial[i];
+    Dual out(Bare{}, -a.value);
+    each([&](int i) JML_INLINE { out.partial[i] = -a.partial[i]; });
     return out;
   }
   friend constexpr Dual operator+(const Dual& a, const Dual& b) {
-    Dual out(a.value + b.value);
-    for (int i = 0; i < n; ++i) out.partial[i] = a.partial[i] + b.partial[i];
+    Dual out(Bare{}, a.value + b.value);
+    each([&](int i) JML_INLINE { out.partial[i] = a.partial[i] + b.partial[i]; });
     return out;
   }
   friend constexpr Dual operator-(const Dual& a, const Dual& b) {
-    Dual out(a.value - b.value);
-    for (int i = 0; i < n; ++i) out.partial[i] = a.partial[i] - b.partial[i];
+    Dual out(Bare{}, a.value - b.value);
+    each([&](int i) JML_INLINE { out.partial[i] = a.partial[i] - b.partial[i]; });
     return out;
   }
   friend constexpr Dual operator*(const Dual& a, const Dual& b) {
-    Dual out(a.value * b.value);
-    for (int i = 0; i < n; ++i) out.partial[i] = a.partial[i] * b.value + a.value * b.partial[i];
+    Dual out(Bare{}, a.value * b.value);
+    each([&](int i) JML_INLINE { out.partial[i] = a.partial[i] * b.value + a.value * b.partial[i]; });
     return out;
   }
   friend constexpr Dual operator/(const Dual& a, const Dual& b) {
     const Base inverse = Base(1) / b.value;
     const Base quotient = a.value * inverse;
-    Dual out(a.value / b.value);
-    for (int i = 0; i < n; ++i) out.partial[i] = (a.partial[i] - quotient * b.partial[i]) * inverse;
+    Dual out(Bare{}, a.value / b.value);
+    each([&](int i) JML_INLINE { out.partial[i] = (a.partial[i] - quotient * b.partial[i]) * inverse; });
     return out;
   }
   // With a plain number, by name: a compiler may not weigh its own operators against a conversion of Dual.
@@ -110,6 +126,17 @@ struct Dual {
   constexpr Dual& operator-=(const Dual& b) { return *this = *this - b; }
   constexpr Dual& operator*=(const Dual& b) { return *this = *this * b; }
   constexpr Dual& operator/=(const Dual& b) { return *this = *this / b; }
+
+  /// use(0) … use(n - 1), unrolled where they are few.
+  template <typename Use>
+  JML_INLINE static constexpr void each(const Use& use) {
+    if constexpr (n <= 8) {
+      [&]<int... i>(std::integer_sequence<int, i...>)
+          JML_INLINE { (use(i), ...); }(std::make_integer_sequence<int, n>());
+    } else {
+      for (int i = 0; i < n; ++i) use(i);
+    }
+  }
 
   friend constexpr bool operator==(const Dual& a, const Dual& b) { return a.value == b.value; }
   friend constexpr auto operator<=>(const Dual& a, const Dual& b) { return a.value <=> b.value; }

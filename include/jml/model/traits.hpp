@@ -5,6 +5,7 @@
 /// A dynamics struct has `states`, usually `disturbances`, and functions named as below; a sensor struct has
 /// `measurements` and its own. Every function may take (x), (x, at) with a StepContext, and G, Q, R, the
 /// bounds and the disturbance mean also nothing at all. What is missing is derived (model/functions.hpp).
+/// Noise that is no sum is an argument: dynamics(x, w), measurement(x, v), each with `at` too.
 ///
 /// For a type that cannot be edited, specialise DynamicsTraits or SensorTraits, inherit from DynamicsDefaults
 /// or SensorDefaults, and give what there is, the model as first argument:
@@ -15,6 +16,7 @@
 ///     };
 #pragma once
 
+#include <jml/model/space.hpp>
 #include <jml/model/step_context.hpp>
 #include <utility>
 
@@ -33,6 +35,8 @@ constexpr int count_of_states() {
     return 0;
   else if constexpr (requires { std::integral_constant<int, Model::states>(); })
     return Model::states;
+  else if constexpr (requires { SpaceTraits<typename Model::Space>::numbers; })
+    return SpaceTraits<typename Model::Space>::numbers;
   else
     return 0;
 }
@@ -45,6 +49,14 @@ constexpr int count_of_measurements() {
     return Model::measurements;
   else
     return 0;
+}
+
+template <typename Model>
+constexpr int noises_of() {
+  if constexpr (requires { std::integral_constant<int, Model::noises>(); })
+    return Model::noises;
+  else
+    return count_of_measurements<Model>();
 }
 
 template <typename Model>
@@ -92,6 +104,46 @@ constexpr bool is_linear() {
     return false;
 }
 
+/// The space of a struct that gives `tangent`, plus(x, δ) and minus(a, b) itself; perhaps contains() and
+/// origin() too.
+template <typename Model>
+struct OwnSpace {
+  static constexpr int numbers = count_of_states<Model>(), tangent = Model::tangent;
+  template <typename T>
+  static Vector<T, numbers> plus(const Vector<T, numbers>& x, const Vector<T, tangent>& delta) {
+    return Model::plus(x, delta);
+  }
+  template <typename T>
+  static Vector<T, tangent> minus(const Vector<T, numbers>& a, const Vector<T, numbers>& b) {
+    return Model::minus(a, b);
+  }
+  template <typename T>
+    requires requires(const Vector<T, numbers>& x) { Model::contains(x); }
+  static bool contains(const Vector<T, numbers>& x) {
+    return Model::contains(x);
+  }
+  template <typename T>
+    requires requires { Model::template origin<T>(); }
+  static Vector<T, numbers> origin() {
+    return Model::template origin<T>();
+  }
+};
+template <typename Model>
+struct StructSpace {
+  using type = Euclidean<count_of_states<Model>()>;
+};
+template <typename Model>
+  requires requires { typename Model::Space; }
+struct StructSpace<Model> {
+  using type = typename Model::Space;
+};
+template <typename Model>
+  requires(
+      !requires { typename Model::Space; } && requires { std::integral_constant<int, Model::tangent>(); })
+struct StructSpace<Model> {
+  using type = OwnSpace<Model>;
+};
+
 template <typename Model>
 struct TimeDomain {
   using type = DiscreteTime;
@@ -111,7 +163,7 @@ struct DynamicsDefaults {
   static constexpr bool linear = false;
   using time_domain = DiscreteTime;
 
-  /// f(x), n.
+  /// f(x), n; or f(x, w), w of q.
   template <typename M, typename... A>
   static constexpr auto dynamics(const M& m, const A&... a) -> decltype(m.dynamics(a...)) {
     return m.dynamics(a...);
@@ -165,7 +217,8 @@ template <typename Model>
 struct DynamicsTraits : DynamicsDefaults {
   static constexpr bool looks_into_struct =
       true;  ///< a specialisation says nothing of the struct's own names
-  static constexpr int states = detail::count_of_states<Model>();  ///< n
+  static constexpr int states = detail::count_of_states<Model>();  ///< n, the numbers of a state
+  using space = typename detail::StructSpace<Model>::type;         ///< default Euclidean<states>
   static constexpr int disturbances =
       detail::disturbances_of<Model>();  ///< q; default: n with a covariance or a bound, else 0
   static constexpr int controls = detail::controls_of<Model>();  ///< entries of at.control; default 0
@@ -177,7 +230,7 @@ struct DynamicsTraits : DynamicsDefaults {
 struct SensorDefaults {
   static constexpr bool linear = false;
 
-  /// m(x), p.
+  /// m(x), p; or m(x, v), v of `noises`.
   template <typename M, typename... A>
   static constexpr auto measurement(const M& m, const A&... a) -> decltype(m.measurement(a...)) {
     return m.measurement(a...);
@@ -226,7 +279,8 @@ template <typename Model>
 struct SensorTraits : SensorDefaults {
   static constexpr bool looks_into_struct = true;
   static constexpr int measurements = detail::count_of_measurements<Model>();  ///< p
-  static constexpr bool linear = detail::is_linear<Model>();                   ///< promises m_x constant in x
+  static constexpr int noises = detail::noises_of<Model>();   ///< r, entries of v of m(x, v); default p
+  static constexpr bool linear = detail::is_linear<Model>();  ///< promises m_x constant in x
 };
 
 }  // namespace jml

@@ -17,7 +17,7 @@ class ProcessNoise {
   using Traits = DynamicsTraits<D>;
   static constexpr int n = Traits::states, q = Traits::disturbances;
   using X = Vector<Scalar, n>;
-  using At = StepContext<Scalar, Traits::controls>;
+  using At = detail::Context<Scalar, D>;
   static constexpr bool identity_input = !has_disturbance_input<D, X, At>();
   static_assert(
       !requires { &D::disturbance_input; } || !identity_input,
