@@ -22,6 +22,23 @@ volatile std::uint32_t& systick(std::uintptr_t offset) {
 constexpr std::uint32_t systick_range = 0xFFFFFF;
 constexpr double instructions_per_tick = 40;  // 25 MHz, and QEMU's -icount shift=0 makes an instruction 1 ns
 
+// What a run used of the stack: what is below is painted before, and read after it.
+constexpr std::size_t paintable = 48 * 1024, spared = 512;
+__attribute__((noinline)) volatile std::uint32_t* below() {
+  return reinterpret_cast<volatile std::uint32_t*>((reinterpret_cast<std::uintptr_t>(__builtin_frame_address(0)) -
+                                                    spared - paintable) & ~std::uintptr_t(3));
+}
+__attribute__((noinline)) void paint() {
+  volatile std::uint32_t* const lowest = below();
+  for (std::size_t i = 0; i < paintable / 4; ++i) lowest[i] = 0xA5A5A5A5;
+}
+__attribute__((noinline)) std::size_t stack_used() {
+  const volatile std::uint32_t* const lowest = below();
+  std::size_t i = 0;
+  while (i < paintable / 4 && lowest[i] == 0xA5A5A5A5) ++i;
+  return paintable + spared - 4 * i;
+}
+
 }  // namespace
 
 extern "C" {  // by the linker's --wrap, every call in the image lands here
@@ -63,10 +80,12 @@ int main() {
     bare_metal::Table table;
     heap_calls = 0;
     heap_forbidden = true;
+    paint();
     const std::uint32_t start = systick(8);
     const bool usable = bare_metal::cases[c].run(measurements, table);
     const std::uint32_t ticks = (start - systick(8)) & systick_range;
     heap_forbidden = false;
+    const std::size_t stack = stack_used();
 
     double largest = 0;
     for (int k = 0; k < bare_metal::numbers_kept; ++k) {
@@ -82,9 +101,9 @@ int main() {
     passed = passed && good;
     std::printf(
         "%-25s %s: largest difference from the host %.1e (tolerance %.0e), %d heap calls, %.0f instructions "
-        "a step\n",
+        "a step, stack %u\n",
         bare_metal::cases[c].name, good ? "ok    " : "FAILED", largest, bare_metal::cases[c].tolerance,
-        heap_calls, instructions_per_tick * ticks / bare_metal::steps);
+        heap_calls, instructions_per_tick * ticks / bare_metal::steps, static_cast<unsigned>(stack));
   }
   return passed ? 0 : 1;
 }

@@ -23,6 +23,7 @@ Run jml_double, jml_float, iterated_jml_double, iterated_jml_float;
 Run runge_kutta_double, runge_kutta_float, davison_maki_double, davison_maki_float, algebraic_double,
     algebraic_float;
 Run linearised_box_double, linearised_box_float, guaranteed_box_double, guaranteed_box_float;
+Run strapdown_double, strapdown_float;
 
 struct Case {
   const char* name;
@@ -55,6 +56,8 @@ inline constexpr Case cases[] = {
     {"bounded noise, linearised, float", linearised_box_float, 1e-5},
     {"bounded noise, guaranteed, double", guaranteed_box_double, 1e-12},
     {"bounded noise, guaranteed, float", guaranteed_box_float, 1e-3},
+    {"strapdown EKF, 15 degrees, double", strapdown_double, 1e-10},
+    {"strapdown EKF, 15 degrees, float", strapdown_float, 1e-2},
 };
 inline constexpr std::size_t case_count = sizeof(cases) / sizeof(cases[0]);
 
