@@ -12,9 +12,9 @@
 
 namespace demo {
 
-/// The rows below the header line of a CSV file of numbers; ends the program where the file is not that.
+/// The rows below the header line of a file of numbers; ends the program where the file is not that.
 template <int columns>
-std::vector<std::array<double, columns>> read_csv(const std::filesystem::path& file) {
+std::vector<std::array<double, columns>> read_numbers(const std::filesystem::path& file, char separator) {
   const auto fail = [&file](const char* reason, std::size_t line) {
     std::fprintf(stderr, "%s, line %zu: %s\n", file.c_str(), line, reason);
     std::exit(1);
@@ -29,12 +29,16 @@ std::vector<std::array<double, columns>> read_csv(const std::filesystem::path& f
     for (int i = 0; i < columns; ++i) {
       char* end = nullptr;
       row[static_cast<std::size_t>(i)] = std::strtod(at, &end);
-      if (end == at || *end != (i + 1 < columns ? ',' : '\0'))
+      if (end == at || *end != (i + 1 < columns ? separator : '\0'))
         fail("not the expected numbers", rows.size() + 1);
       at = end + 1;
     }
   }
   return rows;
+}
+template <int columns>
+std::vector<std::array<double, columns>> read_csv(const std::filesystem::path& file) {
+  return read_numbers<columns>(file, ',');
 }
 
 }  // namespace demo
