@@ -56,8 +56,8 @@ enum class Status : std::uint8_t {
   invalid_disturbance_bound,  ///< an entry of the disturbance bound is negative or not finite; or G is not
                               ///< finite
   invalid_noise_bound,        ///< an entry of the noise bound is negative or not finite
-  outside_space,  ///< the dynamics led to numbers that are no state of their space (a quaternion of another
-                  ///< length than 1)
+  outside_space,    ///< the dynamics led to numbers that are no state of their space (a quaternion of another
+                    ///< length than 1)
   state_unbounded,  ///< bounded noise: a state has no bound yet, neither from a prior box nor from a
                     ///< measurement
 };

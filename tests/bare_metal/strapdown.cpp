@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Strapdown navigation, 16 numbers and 15 degrees of freedom: each step a prediction and a position of three rows.
+// Strapdown navigation, 16 numbers and 15 degrees of freedom: each step a prediction and a position of three
+// rows.
 #include "navigation/strapdown.hpp"
 
 #include "trajectory.hpp"
@@ -22,11 +23,13 @@ bool run_strapdown(const double (&y)[steps], Table& table) {
   control(5) = Scalar(9.81);
   for (int i = 0; i < steps; ++i) {
     const auto sample = static_cast<Scalar>(y[i]);
-    if (!jml::usable(filter.step(navigation::GnssPosition{}, Position(sample, sample, sample), Scalar(0.01), control)))
+    if (!jml::usable(
+            filter.step(navigation::GnssPosition{}, Position(sample, sample, sample), Scalar(0.01), control)))
       return false;
     if ((i + 1) % kept_every != 0) continue;
     double(&row)[numbers_kept] = table[i / kept_every];
-    for (int k = 0; k < 6; ++k) row[k] = static_cast<double>(k < 3 ? filter.x()(4 + k) : filter.P()(k - 3, k - 3));
+    for (int k = 0; k < 6; ++k)
+      row[k] = static_cast<double>(k < 3 ? filter.x()(4 + k) : filter.P()(k - 3, k - 3));
   }
   return true;
 }

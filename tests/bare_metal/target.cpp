@@ -25,8 +25,9 @@ constexpr double instructions_per_tick = 40;  // 25 MHz, and QEMU's -icount shif
 // What a run used of the stack: what is below is painted before, and read after it.
 constexpr std::size_t paintable = 48 * 1024, spared = 512;
 __attribute__((noinline)) volatile std::uint32_t* below() {
-  return reinterpret_cast<volatile std::uint32_t*>((reinterpret_cast<std::uintptr_t>(__builtin_frame_address(0)) -
-                                                    spared - paintable) & ~std::uintptr_t(3));
+  return reinterpret_cast<volatile std::uint32_t*>(
+      (reinterpret_cast<std::uintptr_t>(__builtin_frame_address(0)) - spared - paintable) &
+      ~std::uintptr_t(3));
 }
 __attribute__((noinline)) void paint() {
   volatile std::uint32_t* const lowest = below();

@@ -132,7 +132,8 @@ bool run_continuous(const Integrator& integrator, const double (&y)[steps], Tabl
 
 template <typename Scalar>
 bool run_algebraic(const double (&y)[steps], Table& table) {
-  jml::Filter filter{jml::Algebraic{jml::Rnls{}, {.gain = jml::GainUpdate::every_sample}}, oscillator, start<Scalar>().x};
+  jml::Filter filter{jml::Algebraic{jml::Rnls{}, {.gain = jml::GainUpdate::every_sample}}, oscillator,
+                     start<Scalar>().x};
   return keep(
       filter, y, table,
       [&](double sample) {
