@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// must say: jml: in a space SDC matrices are about its origin or about the estimate
+// must say: jml: over states in a space the SDC matrices are about the origin of the space
 #include "space_parts.hpp"
 
 namespace sdc_about_a_point_in_a_space {

@@ -183,8 +183,9 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
     } else if (cost <= report.cost + rounding ||
                (sums.decrease <= noise && cost <= report.cost + noise && damping == Scalar(0))) {
       const Scalar model = sums.decrease + damping * step / Scalar(2);
-      const Scalar ratio = model <= Scalar(16) * rounding ? Scalar(1) : (report.cost - cost) / model;
-      slowly = in_two && !full && sums.decrease > before / Scalar(64);
+      constexpr Scalar few = all_linear<D, typename Store::List> ? Scalar(1) : Scalar(16);
+      const Scalar ratio = model <= few * rounding ? Scalar(1) : (report.cost - cost) / model;
+      slowly = in_two && !full && !all_linear<D, typename Store::List> && sums.decrease > before / Scalar(64);
       before = judged ? sums.decrease : none;
       store.flip();
       cost_before = report.cost;
