@@ -6,9 +6,7 @@
 
 #include <Eigen/Cholesky>
 #include <jml/jml.hpp>
-#include <jml/model/coloured_noise.hpp>
 #include <jml/model/correlated_noise.hpp>
-#include <jml/model/discretize.hpp>
 #include <random>
 #include <vector>
 
@@ -213,60 +211,6 @@ TEST(NoiseArgument, CorrelatedNoiseInStepAndBatch) {
       x *= std::exp(z(k));
       EXPECT_NEAR(batch.x(k)(0), x, 1e-7) << i << ' ' << k;
     }
-  }
-}
-
-// A first-order Gauss-Markov error of a position sensor: the filter of (x, ξ) written out as one linear
-// model.
-struct Walk {
-  static constexpr int states = 1, disturbances = 1;
-  static constexpr bool linear = true;
-  template <typename T>
-  jml::Vector<T, 1> dynamics(const jml::Vector<T, 1>& x) const {
-    return x;
-  }
-  jml::Matrix<double, 1, 1> disturbance_covariance() const { return jml::Matrix<double, 1, 1>(0.01); }
-};
-struct GaussMarkov {
-  static constexpr int states = 1, disturbances = 1;
-  using time_domain = jml::ContinuousTime;
-  static constexpr bool linear = true;
-  template <typename T>
-  jml::Vector<T, 1> dynamics(const jml::Vector<T, 1>& x) const {
-    return jml::Vector<T, 1>(x(0) * -0.5);
-  }
-  jml::Matrix<double, 1, 1> disturbance_spectral_density() const { return jml::Matrix<double, 1, 1>(0.2); }
-};
-struct Position {
-  static constexpr int measurements = 1;
-  static constexpr bool linear = true;
-  template <typename T>
-  jml::Vector<T, 1> measurement(const jml::Vector<T, 1>& x) const {
-    return x;
-  }
-  jml::Matrix<double, 1, 1> noise_covariance() const { return jml::Matrix<double, 1, 1>(0.04); }
-};
-
-TEST(NoiseArgument, ColouredNoiseIsOneMoreState) {
-  const double dt = 0.4, decay = std::exp(-0.5 * dt), shaped = 0.2 * (1 - decay * decay);
-  const jml::ColouredNoise whole{Walk{}, jml::discretize<jml::RungeKutta4>(GaussMarkov{})};
-  const auto sensor = jml::with_coloured_noise(whole, Position{}, jml::Matrix<double, 1, 1>(1.0));
-  jml::Matrix<double, 2, 2> P = jml::Vector<double, 2>(1.0, 0.2).asDiagonal();
-  jml::Filter filter{jml::Ekf{}, whole, jml::Estimate{jml::Vector<double, 2>(0, 0), P}};
-  jml::Vector<double, 2> x(0, 0);
-  for (const double y : {0.3, 0.5, 0.1, 0.9}) {
-    ASSERT_EQ(filter.step(sensor, y, dt), jml::Status::ok);
-    const jml::Vector<double, 2> phi(1, decay), h(1, 1);
-    x = phi.cwiseProduct(x);
-    P = (phi.asDiagonal() * P * phi.asDiagonal()).eval();
-    P(0, 0) += 0.01;
-    P(1, 1) += shaped;
-    const double S = h.dot(P * h) + 0.04;
-    const jml::Vector<double, 2> K = P * h / S;
-    x += K * (y - h.dot(x));
-    P -= (K * S * K.transpose()).eval();
-    EXPECT_NEAR(filter.x()(0), x(0), 1e-5);  // e^(-0.2) by one step of Runge-Kutta is off by 2.7e-6
-    EXPECT_NEAR(filter.P()(0, 0), P(0, 0), 3e-6);
   }
 }
 

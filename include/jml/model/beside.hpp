@@ -4,31 +4,21 @@
 /// independent is turned into (model/coloured_noise.hpp, model/correlated_noise.hpp).
 #pragma once
 
-#include <jml/model/concepts.hpp>
+#include <jml/model/local_context.hpp>
 
 namespace jml {
 
 namespace detail {
 
-/// f(x, w) of any discrete dynamics, additive or not.
-template <typename D, typename T, int numbers, int q, typename At>
-[[nodiscard]] Vector<T, numbers> driven(const D& d, const Vector<T, numbers>& x, const Vector<T, q>& w,
-                                        const At& at) {
-  if constexpr (q > 0 && NoisyDynamicsIn<D, T, numbers, At>) {
-    return ask_noisy<hooks::Dynamics>(d, x, w, at);
-  } else {
-    constexpr int n = degrees_of<D>;
-    Vector<T, n> push = kernel::zeros<Vector<T, n>>();
-    if constexpr (q > 0) {
-      Vector<decltype(plain_value(T())), numbers> here;
-      for (int i = 0; i < numbers; ++i) here(i) = plain_value(x(i));
-      const auto G = input_in<n>(d, here, at);
-      for (int i = 0; i < n; ++i) {
-        for (int j = 0; j < q; ++j) push(i) += G(i, j) * w(j);
-      }
-    }
-    return SpaceOf<D>::plus(jml::dynamics(d, x, at), push);
-  }
+/// What a model made of a plant would leave out without a word.
+template <typename Plant>
+consteval bool require_no_mean() {
+  constexpr bool none =
+      !HasHook<hooks::DisturbanceMean, Plant, Vector<double, states_of<Plant>>, Context<double, Plant>>;
+  static_assert(none,
+                "jml: a plant with more states beside it has no disturbance_mean(): add what is known of its "
+                "disturbance in dynamics(x)");
+  return none;
 }
 template <typename D, int more>
 using SpaceBeside = std::conditional_t<is_flat<D>, Euclidean<states_of<D> + more>,

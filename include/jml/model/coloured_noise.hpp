@@ -14,6 +14,7 @@ namespace jml {
 template <typename Plant, typename Shaping>
 struct ColouredNoise {
   static_assert(detail::require_discrete<Plant>() && detail::require_discrete<Shaping>());
+  static_assert(detail::require_no_mean<Plant>() && detail::require_no_mean<Shaping>());
   static constexpr int shaped = states_of<Shaping>, plant_states = states_of<Plant>;
   static constexpr int plant_disturbances = DynamicsTraits<Plant>::disturbances;
   using Space = detail::SpaceBeside<Plant, shaped>;
@@ -58,13 +59,13 @@ struct ColouredNoise {
   Vector<T, states> both(const Vector<T, states>& x, const Vector<T, disturbances>& w,
                          const StepContext<Scalar, controls>& at) const {
     Vector<T, states> out;
-    detail::set_piece(out, 0,
-                      detail::driven(plant, detail::piece<plant_states>(x, 0),
-                                     detail::piece<plant_disturbances>(w, 0), at));
+    detail::set_piece(
+        out, 0,
+        detail::moved(plant, detail::piece<plant_states>(x, 0), detail::piece<plant_disturbances>(w, 0), at));
     detail::set_piece(out, plant_states,
-                      detail::driven(shaping, detail::piece<shaped>(x, plant_states),
-                                     detail::piece<disturbances - plant_disturbances>(w, plant_disturbances),
-                                     StepContext<Scalar>{.time = at.time, .dt = at.dt}));
+                      detail::moved(shaping, detail::piece<shaped>(x, plant_states),
+                                    detail::piece<disturbances - plant_disturbances>(w, plant_disturbances),
+                                    StepContext<Scalar>{.time = at.time, .dt = at.dt}));
     return out;
   }
   template <typename Scalar>

@@ -14,7 +14,7 @@ namespace jml {
 /// correlated() of those whose noise goes with it, beside() of the others.
 template <typename Plant>
 struct RemembersDisturbance {
-  static_assert(detail::require_discrete<Plant>());
+  static_assert(detail::require_discrete<Plant>() && detail::require_no_mean<Plant>());
   static constexpr int plant_states = states_of<Plant>, disturbances = DynamicsTraits<Plant>::disturbances;
   using Space = detail::SpaceBeside<Plant, disturbances>;
   static constexpr int states = plant_states + disturbances, controls = DynamicsTraits<Plant>::controls;
@@ -56,7 +56,7 @@ struct RemembersDisturbance {
   Vector<T, states> both(const Vector<T, states>& x, const Vector<T, disturbances>& w,
                          const StepContext<Scalar, controls>& at) const {
     Vector<T, states> out;
-    detail::set_piece(out, 0, detail::driven(plant, detail::piece<plant_states>(x, 0), w, at));
+    detail::set_piece(out, 0, detail::moved(plant, detail::piece<plant_states>(x, 0), w, at));
     detail::set_piece(out, plant_states, w);
     return out;
   }
