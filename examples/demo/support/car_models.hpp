@@ -103,7 +103,7 @@ struct Preintegrated {
   static constexpr int disturbances = navigation::degrees, controls = 2;
   const std::vector<Increment>* increments;  // by the first sample
 
-  Preintegrated(const std::vector<Increment>& of) : increments(&of) {}  // NOLINT(google-explicit-constructor)
+  explicit Preintegrated(const std::vector<Increment>& of) : increments(&of) {}
   [[nodiscard]] static jml::Vector<double, 2> control_of(const CarLog& log, std::size_t first,
                                                          std::size_t count) {
     return EveryFix::control_of(log, first, count);
