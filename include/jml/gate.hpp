@@ -49,8 +49,16 @@ template <typename Scalar>
 struct Gate {
   double probability = 1;  ///< (0, 1): the share of good measurements let through, e.g. 0.999. 1: off.
 
+  /// Lets through whatever has a NIS at all, so that a method which asks for S only on behalf of a gate forms
+  /// it, and an indefinite S is refused.
+  [[nodiscard]] static constexpr Gate open() { return {2}; }
+  /// Lets nothing through: an update that reports innovation and S, and leaves the estimate.
+  [[nodiscard]] static constexpr Gate closed() { return {-1}; }
+
   [[nodiscard]] constexpr bool off() const { return probability == 1; }
-  [[nodiscard]] constexpr bool valid() const { return probability > 0 && probability <= 1; }
+  [[nodiscard]] constexpr bool valid() const {
+    return (probability > 0 && probability <= 1) || probability == 2 || probability == -1;
+  }
   /// True if the gate lets it pass. A NaN does not pass.
   template <typename Scalar>
   [[nodiscard]] bool passes(Scalar nis, int degrees) const {

@@ -33,4 +33,5 @@
 #include <jml/model/check_in_space.hpp>
 #include <jml/model/rotation.hpp>
 #include <jml/model/sphere.hpp>
+#include <jml/operations/health.hpp>
 #include <jml/riccati/davison_maki.hpp>

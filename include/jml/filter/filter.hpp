@@ -109,6 +109,20 @@ class Filter {
     return loosen(core_.belief, by, time());
   }
 
+  /// P ← S P S + diag(variances), S = diag(factors), n, ≥ 0: every covariance of state i times factors(i). A
+  /// P stays one. invalid_option: a factor or variance that is none.
+  [[nodiscard]] Status rescale(const Argument<Scalar, degrees>& factors,
+                               const Argument<Scalar, degrees>& variances) {
+    detail::Loosening<Scalar, degrees> by;
+    by.kept = factors;
+    by.added = variances;
+    return core_.status == Status::ok ? loosen(core_.belief, by, time()) : core_.status;
+  }
+
+  /// Other parameters of the dynamics (Q, a coefficient) from here on; x and P stay. A constant Q or G that
+  /// is none is refused (invalid_disturbance_covariance), and the old ones stay. A window begins anew.
+  [[nodiscard]] Status retune(const D& dynamics) { return core_.retune(dynamics); }
+
   /// Predict over dt and correct with y, the measurement at its end. y: p entries, or a number where p = 1.
   /// dt: s, zero or positive, or at_time(t); a model that reads neither dt nor time may leave it out.
   /// control: held over the step. After a refusal the filter still stands at its old time: predict(dt) to go

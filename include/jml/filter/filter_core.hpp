@@ -95,6 +95,23 @@ class FilterCore {
     if (!std::isfinite(time)) status = Status::invalid_time_step;
   }
 
+  /// Other dynamics under the same belief, or why not. A window begins anew at the present.
+  [[nodiscard]] Status retune(const D& dynamics) {
+    if constexpr (rolls_back) {
+      const Estimate<Scalar, DynamicsTraits<D>::states, degrees_of<D>> present{belief.x(), belief.P()};
+      if (!all_finite(present.x) || !all_finite(present.P)) return Status::covariance_lost;
+      const Status answer = belief.replace(dynamics);
+      return answer == Status::ok ? method.start(belief, present, clock.time()) : answer;
+    } else {
+      Model other = make_model(method, dynamics);
+      if constexpr (requires { other.status(); }) {
+        if (const Status answer = other.status(); answer != Status::ok) return answer;
+      }
+      model = std::move(other);
+      return Status::ok;
+    }
+  }
+
   /// s: what the caller gave for dt.
   template <typename Step>
   [[nodiscard]] JML_INLINE Scalar length(const Step& dt) const {
@@ -169,7 +186,7 @@ class FilterCore {
     Report<Of> report = begin<Report<Of>>(sensor);
     if (report.status != Status::ok) return report;
     const auto& y = measured(sensor, given);
-    const Lateness late = lateness(clock, which...);
+    Lateness late = lateness(clock, which...);
     if (late.status != Status::ok) {
       report.status = late.status;
     } else if (late.now()) {
@@ -183,6 +200,7 @@ class FilterCore {
         if (usable(report.status)) commit(belief, next);
       }
     } else if constexpr (requires { method.correct_late(belief, sensor, y, late, report); }) {
+      late.gate = gate;
       method.correct_late(belief, sensor, y, late, report);
     } else {
       report.status = Status::older_than_window;

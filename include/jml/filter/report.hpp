@@ -17,6 +17,7 @@ enum class Verdict : std::uint8_t {
   off,       ///< no gate was asked for; the measurement was used
   accepted,  ///< it passed and was used
   rejected,  ///< it did not pass: the estimate is the prediction
+  inhibited  ///< its channel is shut (operations/channel.hpp): the estimate is the prediction
 };
 
 /// One measurement of p components, used, rejected or refused.

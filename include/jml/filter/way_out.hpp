@@ -8,7 +8,7 @@
 
 namespace jml::detail {
 
-/// P ← J P J + Σ v_i e_i e_iᵀ, J a diagonal of ones and, for states whose covariances are dropped, zeros.
+/// P ← J P J + Σ v_i e_i e_iᵀ, J a diagonal: zero for a state whose covariances are dropped.
 template <typename Scalar, int n>
 struct Loosening {
   Vector<Scalar, n> kept = kernel::filled<Vector<Scalar, n>>(Scalar(1));
@@ -17,7 +17,8 @@ struct Loosening {
   [[nodiscard]] bool valid(bool infinite_too) const {
     bool good = true;
     for (int i = 0; i < n; ++i)
-      good = good && added(i) >= Scalar(0) && (infinite_too || !std::isinf(added(i)));
+      good = good && added(i) >= Scalar(0) && (infinite_too || !std::isinf(added(i))) &&
+             kept(i) >= Scalar(0) && std::isfinite(kept(i));
     return good;
   }
 };

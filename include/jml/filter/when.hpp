@@ -5,6 +5,7 @@
 
 #include <concepts>
 #include <jml/clock.hpp>
+#include <jml/gate.hpp>
 #include <jml/model/concepts.hpp>
 #include <jml/model/part.hpp>
 #include <tuple>
@@ -42,6 +43,7 @@ struct Lateness {
   int steps = 0;    ///< age, where that was given
   double time = 0;  ///< s, where that was given
   bool timed = false, aged = false;
+  Gate gate;  ///< of the measurement
   [[nodiscard]] bool now() const { return !timed && !aged; }
 };
 

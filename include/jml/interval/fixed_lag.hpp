@@ -30,8 +30,8 @@ struct LagOptions {
   bool judge = false;
 };
 
-/// What a fixed-lag estimator reports. innovation_matrix: with a gate or LagOptions::judge only, of a
-/// measurement of the present. status:
+/// What a fixed-lag estimator reports. innovation_matrix: with a gate or LagOptions::judge only.
+/// status:
 ///   ok                     at the tolerance
 ///   accepted_at_limit      all sweeps were made, and J is lower: the usual case
 ///   accepted_at_prediction no sweep lowered J: the trajectory is the predicted one; the measurement is in
@@ -55,7 +55,8 @@ struct LagReport : Report<Scalar, p> {
 /// State-dependent G, Q and R are frozen where a step was predicted.
 ///
 /// A late measurement takes its place at the node of its time, and the window is re-optimised:
-/// older_than_window where that has left, memory_full where the node has no room; no gate. Between two nodes
+/// older_than_window where that has left, memory_full where the node has no room. A gate asks of it what it
+/// asks of one in time, with the P that its node has by now. Between two nodes
 /// a state is inserted, which shortens the window by one step: where dynamics and noise read dt, else
 /// invalid_time_step, as the model does not say what a part of a step is. (A measurement seen through f from
 /// the node before would cost no state, and the disturbance in between; this costs none of the accuracy.)
@@ -125,7 +126,6 @@ struct FixedLag {
   }
   template <typename Belief, typename S, typename Y, typename Report>
   void correct_late(Belief& window, const S& sensor, const Y& y, const Lateness& late, Report& report) const {
-    const Gate open{};
     int node = window.depth() - late.steps;
     double ahead = 0;  // of the node
     if (late.timed) {
@@ -139,10 +139,10 @@ struct FixedLag {
       report.status = Status::older_than_window;
     } else if (ahead == 0) {
       window.keep();
-      measure(window, node, sensor, y, open, report);
+      measure(window, node, sensor, y, late.gate, report);
       if (!usable(report.status)) window.restore();
     } else {
-      between(window, node, ahead, sensor, y, report);
+      between(window, node, ahead, sensor, y, late.gate, report);
     }
   }
 
@@ -157,7 +157,8 @@ struct FixedLag {
   }
 
   template <typename Belief, typename S, typename Y, typename Report>
-  void between(Belief& window, int node, double ahead, const S& sensor, const Y& y, Report& report) const {
+  void between(Belief& window, int node, double ahead, const S& sensor, const Y& y, const Gate& gate,
+               Report& report) const {
     using D = typename Belief::Dynamics;
     if constexpr (!detail::splits<typename Belief::Scalar, D>) {
       report.status = Status::invalid_time_step;
@@ -176,10 +177,10 @@ struct FixedLag {
       window.keep();
       window.insert(node, ahead);
       if (window.roll_out(node))
-        measure(window, node + 1, sensor, y, Gate{}, report);
+        measure(window, node + 1, sensor, y, gate, report);
       else
         report.status = Status::dynamics_not_finite;
-      if (usable(report.status)) return;
+      if (usable(report.status) && report.gate != Verdict::rejected) return;
       window.restore();
       window.join(node);
       window.take_back();
@@ -205,11 +206,11 @@ struct FixedLag {
       const Matrix<Scalar, p, states_of<typename Belief::Dynamics>> m_x = measurement_jacobian(sensor, x, at);
       if (!all_finite(report.innovation) || !all_finite(m_x)) return answer(Status::sensor_not_finite);
       if (detail::too_fine(sensor, x, y, at)) return answer(Status::accuracy_not_met);
-      if (node == window.depth() && (options.judge || !gate.off())) {
+      if (options.judge || !gate.off()) {
         if (!gate.valid()) return answer(Status::invalid_option);
         const auto R = noise_covariance(sensor, x, at);
         if (!is_noise_covariance(R)) return answer(Status::invalid_noise_covariance);
-        report.innovation_matrix = R + m_x * window.P() * kernel::transposed(m_x);
+        report.innovation_matrix = R + m_x * window.P(window.depth() - node) * kernel::transposed(m_x);
         if (!judge(gate, report)) return answer(Status::singular_innovation);
         if (report.gate == Verdict::rejected) return;
       }

@@ -170,6 +170,7 @@ struct LocalRecord : Inner {
     {
       return in_tangent(inside(), inside().last() - age, inside().P(age));
     }
+    Status replace(const D& of) { return inside().replace(Local{of}); }
     void stand_at(const State& point) {
       auto& context = inside().node(0).context;
       context.from = context.to = point;

@@ -75,6 +75,16 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
     return status;
   }
 
+  /// Other dynamics, for a reset() that follows; or why they are none.
+  Status replace(const D& dynamics) {
+    if constexpr (Root::constant) {
+      Root other = root_;
+      if (!other.form(dynamics, kernel::zeros<X>(), At{})) return Status::invalid_disturbance_covariance;
+    }
+    dynamics_ = dynamics;
+    return Status::ok;
+  }
+
   /// Makes room for a node, sliding if the window is full. False where the arrival cost would be lost.
   bool slide(const Loss& loss) {
     saved_.first = first_;

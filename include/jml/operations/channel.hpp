@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// One physical sensor in operation, beside a filter of any method: used, shut or forced; its own gate, in
+/// blocks if wanted; its counts; the way out of a gate that has shut; and a watch on its innovations.
+#pragma once
+
+#include <array>
+#include <jml/filter/filter.hpp>
+#include <jml/filter/way_out.hpp>
+#include <jml/operations/lockout.hpp>
+#include <jml/operations/monitor.hpp>
+#include <jml/operations/tally.hpp>
+#include <jml/operations/underweighted.hpp>
+
+namespace jml {
+
+/// The rows that are judged together: `jml::blocks(jml::only(0), jml::only(1, 2))`.
+template <typename... R>
+[[nodiscard]] constexpr std::array<Rows, sizeof...(R)> blocks(const R&... rows) {
+  return {rows...};
+}
+
+/// A sensor in operation.
+///
+///     jml::Channel radar{Radar{}};
+///     radar.gate = {0.999};
+///     const auto report = radar.step(filter, y, dt);          // in place of filter.step(Radar{}, y, dt)
+///     if (radar.alarms().any()) radar.use = jml::Use::inhibit;
+///
+///     jml::Channel gnss{Gnss{}, jml::Lockout<6>{.after = 20, .recovery = jml::Recovery::inflate, .variances
+///     = v}}; jml::Channel fix{Radar{}, jml::Lockout{}, jml::blocks(jml::only(0), jml::only(1))};
+///
+/// One object per sensor, however many filters of whatever method use it: it holds numbers, no filter. Blocks
+/// are judged each by its own χ² at the prediction, and those that pass are used: the step then predicts,
+/// looks, and corrects, which of an exact rule is the correction from its prediction, not its joint step. A
+/// FixedLag takes parts of a sensor that stands in its list as jml::Part<S>.
+template <Sensor S, int n = 0, std::size_t groups = 0>
+class Channel {
+  static constexpr int p = measurements_of<S>;
+  static constexpr bool looks = groups > 0 || detail::is_underweighted<S>;
+
+ public:
+  explicit Channel(S of, const Lockout<n>& way_out = {}, const std::array<Rows, groups>& judged_together = {})
+      : sensor(std::move(of)), lockout(way_out), blocks(judged_together) {}
+
+  S sensor;
+  Use use = Use::accept;
+  Gate gate;
+  Lockout<n> lockout;
+  [[no_unique_address]] std::array<Rows, groups> blocks;
+  InnovationMonitor<p> monitor;
+
+  [[nodiscard]] const Tally& tally() const { return tally_; }
+  [[nodiscard]] const Alarms& alarms() const { return monitor.alarms(); }
+  /// Measurements in a row that were rejected, or refused for what the filter is.
+  [[nodiscard]] int rejected_in_a_row() const { return in_a_row_; }
+  /// The gate has been shut for as long as the Lockout says, and its recoveries are used up, or it has none.
+  [[nodiscard]] bool shut() const { return shut_; }
+  /// s: since the last measurement that was accepted, or the first that was offered; 0 before.
+  [[nodiscard]] double since_accepted(double now) const { return started_ ? now - accepted_at_ : 0; }
+
+  /// Other parameters of the sensor, asked at the state x where its R must be valid:
+  /// invalid_noise_covariance, and the old ones stay.
+  template <typename Scalar, int states>
+  [[nodiscard]] Status retune(const S& other, const Vector<Scalar, states>& x) {
+    const auto R = noise_covariance(other, x, StepContext<Scalar, 0>{});
+    if (!all_finite(R) || !is_noise_covariance(R)) return Status::invalid_noise_covariance;
+    sensor = other;
+    return Status::ok;
+  }
+  /// Another gate: invalid_option, and the old one stays.
+  [[nodiscard]] Status retune(const Gate& other) {
+    if (!other.valid()) return Status::invalid_option;
+    gate = other;
+    return Status::ok;
+  }
+
+  /// Predict over dt and correct with y, as filter.step(). A measurement that is refused leaves the
+  /// prediction, and so does one of a channel that is shut: time goes on, unless the prediction is refused.
+  template <typename F, typename Step = NoTime>
+  typename F::template Report<S> step(
+      F& filter, const typename F::template Measurement<S>& y, const Step& dt = {},
+      const typename F::Control& control = kernel::zeros<typename F::Control>()) {
+    typename F::template Report<S> report;
+    const double before = filter.time();
+    if (use == Use::inhibit) return inhibited(report, filter.predict(dt, control));
+    report.status = checked();
+    if (report.status != Status::ok) return report;
+    begin(before);
+    if constexpr (looks) {
+      report.status = filter.predict(dt, control);
+      if (usable(report.status)) report = used(filter, y);
+    } else {
+      const With with(filter, wanted());
+      report = filter.step(sensor, y, dt, control);
+    }
+    if (!usable(report.status) && !looks) static_cast<void>(filter.predict(dt, control));
+    return judged(filter, y, report, true);
+  }
+
+  /// Correct with y, as filter.update(): of the present, or of before where `when` says so (at_time(t),
+  /// age(k)), and then without a recovery.
+  template <typename F, typename... When>
+  typename F::template Report<S> update(F& filter, const typename F::template Measurement<S>& y,
+                                        const When&... when) {
+    typename F::template Report<S> report;
+    if (use == Use::inhibit) return inhibited(report, Status::ok);
+    report.status = checked();
+    if (report.status != Status::ok) return report;
+    begin(filter.time());
+    report = used(filter, y, when...);
+    return judged(filter, y, report, sizeof...(When) == 0);
+  }
+
+  /// What changes in operation, for jml::save(); not the sensor and the options.
+  template <typename F>
+  constexpr void each_part(F&& f) {
+    f(use, tally_, monitor, in_a_row_, recoveries_, accepted_at_, started_, shut_);
+  }
+
+ private:
+  /// A filter's gate, for the length of a scope.
+  template <typename F>
+  class With {
+   public:
+    With(F& filter, const Gate& gate) : filter_(filter), old_(filter.gate) { filter.gate = gate; }
+    ~With() { filter_.gate = old_; }
+    With(const With&) = delete;
+    With& operator=(const With&) = delete;
+
+   private:
+    F& filter_;
+    Gate old_;
+  };
+
+  [[nodiscard]] Status checked() const {
+    bool good = gate.valid() && lockout.valid() && monitor.options.valid(p);
+    if constexpr (detail::is_underweighted<S>) good = good && sensor.valid();
+    return good ? Status::ok : Status::invalid_option;
+  }
+  [[nodiscard]] Gate wanted() const { return use == Use::force ? Gate::open() : gate; }
+  template <typename Report>
+  Report inhibited(Report& report, Status status) {
+    report.status = status;
+    report.gate = Verdict::inhibited;
+    ++tally_.inhibited;
+    return report;
+  }
+  void begin(double now) {
+    if (!started_) accepted_at_ = now;
+    started_ = true;
+  }
+
+  /// Judged and used; in blocks, or with less weight, as the channel is made.
+  template <typename F, typename... When>
+  auto used(F& filter, const typename F::template Measurement<S>& y, const When&... when) {
+    if constexpr (looks) {
+      const auto look = [&] {
+        const With with(filter, Gate::closed());
+        return filter.update(sensor, y, when...);
+      };
+      auto report = look();
+      if (!usable(report.status)) return report;
+      if constexpr (detail::is_underweighted<S>) sensor.weigh(report.innovation_matrix);
+      if constexpr (groups > 0) {
+        const Rows passing = rows_that_pass(report);
+        report.gate = gate.off() ? Verdict::off : Verdict::accepted;
+        if (passing.count() < judged_rows().count()) report.gate = Verdict::rejected;
+        if (passing.count() == 0) return report;
+        const auto innovation = report.innovation;
+        const auto S_of_all = report.innovation_matrix;
+        const Verdict verdict = report.gate;
+        const With with(filter, use == Use::force ? Gate::open() : Gate{});
+        report = filter.update(sensor, y, passing, when...);
+        report.gate = verdict;
+        report.innovation = innovation;
+        report.innovation_matrix = S_of_all;
+        partial_ = verdict == Verdict::rejected && usable(report.status);
+        return report;
+      } else {
+        const With with(filter, wanted());
+        return filter.update(sensor, y, when...);
+      }
+    } else {
+      const With with(filter, wanted());
+      return filter.update(sensor, y, when...);
+    }
+  }
+  [[nodiscard]] Rows judged_rows() const {
+    Rows all;
+    for (const Rows& block : blocks) all.mask |= block.mask;
+    return all;
+  }
+  template <typename Report>
+  [[nodiscard]] Rows rows_that_pass(const Report& report) const {
+    using Scalar = std::decay_t<decltype(report.innovation(0))>;
+    Rows passing;
+    for (const Rows& block : blocks) {
+      jml::Report<Scalar, p> alone;
+      alone.innovation = detail::kept(report.innovation, block);
+      alone.innovation_matrix = detail::decoupled(report.innovation_matrix, block);
+      if (use == Use::force || gate.off() || gate.passes(alone.nis(), block.count()))
+        passing.mask |= block.mask;
+    }
+    return passing;
+  }
+
+  /// Refused for what the filter is, and not for what it was given.
+  [[nodiscard]] static constexpr bool lost(Status status) {
+    return status == Status::covariance_lost || status == Status::singular_innovation ||
+           status == Status::innovation_indefinite || status == Status::accuracy_not_met ||
+           status == Status::contradiction || status == Status::not_converged || status == Status::no_minimum;
+  }
+
+  /// Counts what became of y, and where the gate has shut, tries again.
+  template <typename F, typename Report>
+  Report judged(F& filter, const typename F::template Measurement<S>& y, Report report, bool present) {
+    using Scalar = typename F::State::Scalar;
+    const auto fails = [](const Report& r) {
+      return r.gate == Verdict::rejected || r.status == Status::accepted_without_measurement;
+    };
+    if (usable(report.status)) monitor.take(static_cast<const Vector<Scalar, p>&>(y), report);
+    const bool rejected = usable(report.status) && fails(report);
+    if (rejected || lost(report.status)) {
+      ++in_a_row_;
+      if (present && is_shut(filter.time()) && may_recover(filter)) {
+        const auto second = recover(filter, y);
+        if (usable(second.status) && !fails(second)) {
+          report = second;
+          partial_ = false;
+        }
+      }
+    }
+    if (!usable(report.status)) {
+      ++tally_.refused;
+    } else if (partial_) {
+      ++tally_.partial;
+    } else if (fails(report)) {
+      ++tally_.rejected;
+    } else {
+      ++tally_.accepted;
+      accept(filter.time());
+    }
+    partial_ = false;
+    return report;
+  }
+  void accept(double now) {
+    in_a_row_ = recoveries_ = 0;
+    accepted_at_ = now;
+    shut_ = false;
+  }
+  [[nodiscard]] bool is_shut(double now) const {
+    return (lockout.after > 0 && in_a_row_ >= lockout.after) || since_accepted(now) >= lockout.seconds;
+  }
+
+  template <typename F>
+  [[nodiscard]] bool may_recover(F& filter) {
+    shut_ = lockout.recovery == Recovery::report || recoveries_ >= lockout.times ||
+            (lockout.recovery == Recovery::inflate && !inflate(filter));
+    return !shut_;
+  }
+  template <typename F>
+  [[nodiscard]] bool inflate(F& filter) const {
+    if constexpr (n > 0 && detail::HasRiccati<typename F::Belief>) {
+      static_assert(n == F::degrees,
+                    "jml: the variances of a Lockout have the degrees of freedom of the state");
+      using Scalar = typename F::State::Scalar;
+      return filter.inflate(Vector<Scalar, n>(lockout.variances.template cast<Scalar>())) == Status::ok;
+    } else {
+      return false;
+    }
+  }
+  /// The filter stands at its prediction, and the measurement is at hand.
+  template <typename F>
+  auto recover(F& filter, const typename F::template Measurement<S>& y) {
+    ++recoveries_;
+    ++tally_.recovered;
+    in_a_row_ = 0;
+    accepted_at_ = filter.time();  // the seconds of the next recovery count from here
+    Gate again = wanted();
+    if (lockout.recovery == Recovery::widen) again = {lockout.probability};
+    if (lockout.recovery == Recovery::accept) again = Gate::open();
+    const With with(filter, again);
+    return filter.update(sensor, y);
+  }
+
+  Tally tally_{};
+  int in_a_row_ = 0, recoveries_ = 0;
+  double accepted_at_ = 0;
+  bool started_ = false, shut_ = false, partial_ = false;
+};
+
+}  // namespace jml
