@@ -23,16 +23,17 @@ template <typename Scalar, int n>
   const auto column = [&](int j, Scalar pivot) JML_INLINE {  // of pivot j, once row j of L is there
     const Scalar inverse = Scalar(1) / pivot;
     lowest = pivot < lowest ? pivot : lowest;
-    sums[j] = N(j, j);
-    own[j] = P(j, j);
+    Scalar sum = N(j, j), size = P(j, j);
     kernel::repeat<n, 8>([&](int k) JML_INLINE {
       if (k >= j) return;
       const Scalar square = L(j, k) * L(j, k);
-      sums[j] += square * sums[k];
-      own[j] += square * own[k];
+      sum += square * sums[k];
+      size += square * own[k];
     });
-    grown += sums[j] * inverse;  // the sum, which no NaN escapes, for the largest
-    spread += own[j] * inverse;
+    sums[j] = sum;
+    own[j] = size;
+    grown += sum * inverse;  // the sum, which no NaN escapes, for the largest
+    spread += size * inverse;
     return inverse;
   };
   if constexpr (n <= 8) {  // written out, in packets of the whole column
