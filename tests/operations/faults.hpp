@@ -193,10 +193,15 @@ std::vector<Outcome> fly(const World& world, const Make& make, const Channel& ch
 /// Rows by their key "world,estimator,handling,fault".
 using Table = std::map<std::string, Outcome>;
 
+inline std::string last_refusal(const Outcome& o) {
+  std::string out = o.refused == 0 ? "" : jml::describe(o.worst);
+  std::replace(out.begin(), out.end(), ',', ';');
+  return out;
+}
 inline std::string text(const std::string& key, const Outcome& o) {
   std::array<char, 200> line{};
   std::snprintf(line.data(), line.size(), "%s,%.3g,%d,%d,%d,%s", key.c_str(), o.peak, o.back, o.lost,
-                o.refused, o.refused == 0 ? "" : jml::describe(o.worst));
+                o.refused, last_refusal(o).c_str());
   return line.data();
 }
 /// The stored outcomes, as text: peak, back, lost, refused, last refusal.
@@ -219,7 +224,7 @@ inline bool agrees(const Outcome& o, const std::vector<std::string>& row) {
   const auto near = [](int a, int b, int by) { return std::abs(a - b) <= by + std::max(a, b) / 5; };
   return o.peak <= 2 * peak + 0.5 && peak <= 2 * o.peak + 0.5 && near(o.back, std::stoi(row[1]), 15) &&
          near(o.lost, std::stoi(row[2]), 1) && near(o.refused, std::stoi(row[3]), 3) &&
-         (o.refused == 0 || std::stoi(row[3]) == 0 || row[4] == jml::describe(o.worst));
+         (o.refused == 0 || std::stoi(row[3]) == 0 || row[4] == last_refusal(o));
 }
 
 /// An estimator's rows: bare, behind a gate of 0.999, and behind it with a policy.
