@@ -37,6 +37,9 @@ template <typename... R>
 template <Sensor S, int n = 0, std::size_t groups = 0>
 class Channel {
   static constexpr int p = measurements_of<S>;
+  /// Else it measures all the time, and there is no measurement of the present to be judged again.
+  template <typename F>
+  static constexpr bool gives_samples = !has_noise_spectral_density<S, typename F::State, typename F::At>();
   static constexpr bool looks = groups > 0 || detail::is_underweighted<S>;
 
  public:
@@ -89,7 +92,7 @@ class Channel {
     begin(before);
     if constexpr (looks) {
       report.status = filter.predict(dt, control);
-      if (usable(report.status)) report = used(filter, y);
+      if (usable(report.status)) report = used(filter, y, wanted());
     } else {
       const With with(filter, wanted());
       report = filter.step(sensor, y, dt, control);
@@ -108,7 +111,7 @@ class Channel {
     report.status = checked();
     if (report.status != Status::ok) return report;
     begin(filter.time());
-    report = used(filter, y, when...);
+    report = used(filter, y, wanted(), when...);
     return judged(filter, y, report, sizeof...(When) == 0);
   }
 
@@ -153,7 +156,7 @@ class Channel {
 
   /// Judged and used; in blocks, or with less weight, as the channel is made.
   template <typename F, typename... When>
-  auto used(F& filter, const typename F::template Measurement<S>& y, const When&... when) {
+  auto used(F& filter, const typename F::template Measurement<S>& y, const Gate& by, const When&... when) {
     if constexpr (looks) {
       const auto look = [&] {
         const With with(filter, Gate::closed());
@@ -163,8 +166,8 @@ class Channel {
       if (!usable(report.status)) return report;
       if constexpr (detail::is_underweighted<S>) sensor.weigh(report.innovation_matrix);
       if constexpr (groups > 0) {
-        const Rows passing = rows_that_pass(report);
-        report.gate = gate.off() ? Verdict::off : Verdict::accepted;
+        const Rows passing = rows_that_pass(report, by);
+        report.gate = by.off() ? Verdict::off : Verdict::accepted;
         if (passing.count() < judged_rows().count()) report.gate = Verdict::rejected;
         if (passing.count() == 0) return report;
         const auto innovation = report.innovation;
@@ -178,11 +181,11 @@ class Channel {
         partial_ = verdict == Verdict::rejected && usable(report.status);
         return report;
       } else {
-        const With with(filter, wanted());
+        const With with(filter, by);
         return filter.update(sensor, y, when...);
       }
     } else {
-      const With with(filter, wanted());
+      const With with(filter, by);
       return filter.update(sensor, y, when...);
     }
   }
@@ -192,15 +195,14 @@ class Channel {
     return all;
   }
   template <typename Report>
-  [[nodiscard]] Rows rows_that_pass(const Report& report) const {
+  [[nodiscard]] Rows rows_that_pass(const Report& report, const Gate& by) const {
     using Scalar = std::decay_t<decltype(report.innovation(0))>;
     Rows passing;
     for (const Rows& block : blocks) {
       jml::Report<Scalar, p> alone;
       alone.innovation = detail::kept(report.innovation, block);
       alone.innovation_matrix = detail::decoupled(report.innovation_matrix, block);
-      if (use == Use::force || gate.off() || gate.passes(alone.nis(), block.count()))
-        passing.mask |= block.mask;
+      if (by.off() || by.passes(alone.nis(), block.count())) passing.mask |= block.mask;
     }
     return passing;
   }
@@ -222,12 +224,14 @@ class Channel {
     if (usable(report.status)) monitor.take(static_cast<const Vector<Scalar, p>&>(y), report);
     const bool rejected = usable(report.status) && fails(report);
     if (rejected || lost(report.status)) {
-      ++in_a_row_;
-      if (present && is_shut(filter.time()) && may_recover(filter)) {
-        const auto second = recover(filter, y);
-        if (usable(second.status) && !fails(second)) {
-          report = second;
-          partial_ = false;
+      in_a_row_ += in_a_row_ < std::numeric_limits<int>::max();
+      if constexpr (gives_samples<F>) {
+        if (present && is_shut(filter.time()) && may_recover(filter)) {
+          const auto second = recover(filter, y);
+          if (usable(second.status) && !fails(second)) {
+            report = second;
+            partial_ = false;
+          }
         }
       }
     }
@@ -280,8 +284,7 @@ class Channel {
     Gate again = wanted();
     if (lockout.recovery == Recovery::widen) again = {lockout.probability};
     if (lockout.recovery == Recovery::accept) again = Gate::open();
-    const With with(filter, again);
-    return filter.update(sensor, y);
+    return used(filter, y, again);
   }
 
   Tally tally_{};
