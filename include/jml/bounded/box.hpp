@@ -46,6 +46,11 @@ struct Box {
   }
 };
 
+template <typename Scalar, int n>
+struct PartsOf<Box<Scalar, n>> {
+  static auto each(auto& box, auto&& f) { return f(box.lower, box.upper); }
+};
+
 namespace detail {
 
 /// The middle, or where a bound is missing the point next to zero: always inside.

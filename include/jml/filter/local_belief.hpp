@@ -28,6 +28,11 @@ struct LocalBelief {
   }
 };
 
+template <typename Scalar, typename D, typename Local>
+struct PartsOf<LocalBelief<Scalar, D, Local>> {
+  static auto each(auto& belief, auto&& f) { return f(belief.x, belief.local); }
+};
+
 namespace detail {
 
 template <typename Scalar, typename D, typename Local>

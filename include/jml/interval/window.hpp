@@ -182,6 +182,16 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
     --node(j).count[static_cast<std::size_t>(List::template index_of<Sensor>())];
   }
 
+  /// What the next step starts from: of the copies of a trajectory the nominal, of the prior its factors.
+  auto each_part(auto&& f) {
+    return f(in_range(first_, 0, size - 1), in_range(last_, 0, length), in_range(now_, 0, 2), arrival_, loss_,
+             part_series<1>([this](int) -> X& { return prior_.a[now_]; }),
+             part_series<size>([this](int j) {
+               return part_if([this, j] { return j <= last_; }, NodeParts{node(j), now_});
+             }));
+  }
+  void restored() { prior_.set(arrival_); }
+
   [[nodiscard]] const D& dynamics() const { return dynamics_; }
   [[nodiscard]] JML_INLINE int last() const { return last_; }
   [[nodiscard]] JML_INLINE auto& node(int j) { return nodes_[static_cast<std::size_t>(place(j))]; }
@@ -224,6 +234,23 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
   struct WindowNode : IntervalNode<Scalar, D, true, 3> {
     std::tuple<Slots<S>...> slots{};
     std::array<std::uint8_t, sizeof...(S)> count{};
+  };
+
+  struct NodeParts {
+    WindowNode& node;
+    int now;
+
+    auto each_part(auto&& f) { return each_type(f, std::make_index_sequence<sizeof...(S)>{}); }
+
+   private:
+    template <std::size_t... type>
+    auto each_type(auto&& f, std::index_sequence<type...>) {
+      return f(node.x[now], node.b[now], node.noise, node.context,
+               in_range(node.count[type], 0, std::uint8_t(measurements))...,
+               part_series<measurements>([this](int i) {
+                 return part_if([this, i] { return i < node.count[type]; }, std::get<type>(node.slots)[i]);
+               })...);
+    }
   };
 
   [[nodiscard]] JML_INLINE int place(int j) const {

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// The members of a plain struct, counted and handed out without being named.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <type_traits>
+#include <utility>
+
+namespace jml::detail {
+
+template <typename T>
+inline constexpr bool is_optional = false;
+template <typename T>
+inline constexpr bool is_optional<std::optional<T>> = true;
+
+/// Converts to any member.
+template <std::size_t>
+struct AnyMember {
+  template <typename T>
+    requires(!is_optional<T>)  // which takes it as it is
+  constexpr operator T() const;
+};
+/// Converts to a base of T alone.
+template <typename T>
+struct AnyBase {
+  template <typename Base>
+    requires(std::is_base_of_v<Base, T> && !std::is_same_v<Base, T>)
+  constexpr operator Base() const;
+};
+template <typename T>
+inline constexpr bool derives_something = requires { T{AnyBase<T>{}}; };
+
+template <typename T, std::size_t... i>
+consteval bool braced(std::index_sequence<i...>) {
+  return requires { T{AnyMember<i>{}...}; };
+}
+inline constexpr int most_members = 16;
+/// How many members a plain struct has; one more than `most_members` where there are more.
+template <typename T, int count = most_members + 1>
+consteval int count_members() {
+  if constexpr (count == 0 || braced<T>(std::make_index_sequence<count>{}))
+    return count;
+  else
+    return count_members<T, count - 1>();
+}
+
+/// f(member…); what f returns.
+template <typename T, typename F>
+constexpr auto each_member(T& value, F&& f) {
+  constexpr int count = count_members<T>();
+  static_assert(count <= most_members,
+                "jml: a struct with more than sixteen members, or with a C array: give it a member `auto "
+                "each_part(auto&& f) { return f(a, b); }` that names its parts, or take std::array");
+  if constexpr (count == 0 || count > most_members) {
+    return f();
+  } else if constexpr (count == 1) {
+    auto& [a] = value;
+    return f(a);
+  } else if constexpr (count == 2) {
+    auto& [a, b] = value;
+    return f(a, b);
+  } else if constexpr (count == 3) {
+    auto& [a, b, c] = value;
+    return f(a, b, c);
+  } else if constexpr (count == 4) {
+    auto& [a, b, c, d] = value;
+    return f(a, b, c, d);
+  } else if constexpr (count == 5) {
+    auto& [a, b, c, d, e] = value;
+    return f(a, b, c, d, e);
+  } else if constexpr (count == 6) {
+    auto& [a, b, c, d, e, g] = value;
+    return f(a, b, c, d, e, g);
+  } else if constexpr (count == 7) {
+    auto& [a, b, c, d, e, g, h] = value;
+    return f(a, b, c, d, e, g, h);
+  } else if constexpr (count == 8) {
+    auto& [a, b, c, d, e, g, h, i] = value;
+    return f(a, b, c, d, e, g, h, i);
+  } else if constexpr (count == 9) {
+    auto& [a, b, c, d, e, g, h, i, j] = value;
+    return f(a, b, c, d, e, g, h, i, j);
+  } else if constexpr (count == 10) {
+    auto& [a, b, c, d, e, g, h, i, j, k] = value;
+    return f(a, b, c, d, e, g, h, i, j, k);
+  } else if constexpr (count == 11) {
+    auto& [a, b, c, d, e, g, h, i, j, k, l] = value;
+    return f(a, b, c, d, e, g, h, i, j, k, l);
+  } else if constexpr (count == 12) {
+    auto& [a, b, c, d, e, g, h, i, j, k, l, m] = value;
+    return f(a, b, c, d, e, g, h, i, j, k, l, m);
+  } else if constexpr (count == 13) {
+    auto& [a, b, c, d, e, g, h, i, j, k, l, m, n] = value;
+    return f(a, b, c, d, e, g, h, i, j, k, l, m, n);
+  } else if constexpr (count == 14) {
+    auto& [a, b, c, d, e, g, h, i, j, k, l, m, n, o] = value;
+    return f(a, b, c, d, e, g, h, i, j, k, l, m, n, o);
+  } else if constexpr (count == 15) {
+    auto& [a, b, c, d, e, g, h, i, j, k, l, m, n, o, p] = value;
+    return f(a, b, c, d, e, g, h, i, j, k, l, m, n, o, p);
+  } else {
+    auto& [a, b, c, d, e, g, h, i, j, k, l, m, n, o, p, q] = value;
+    return f(a, b, c, d, e, g, h, i, j, k, l, m, n, o, p, q);
+  }
+}
+
+}  // namespace jml::detail
