@@ -97,9 +97,10 @@ Vector<double, 2> pushed_y(const S& sensor, int k, Draw& draw) {
   return y;
 }
 
-/// One verb of any method on Pushed and its like. `precise`: some measurements want more digits than double has.
+/// One verb of any method on Pushed and its like. `fine`: σ of one row now and then, by which one direction is known
+/// far better than another, so that a belief keeps more digits than double has.
 template <typename S, typename Filter>
-void push(Filter& filter, std::uint64_t seed, int k, Trace& trace, bool precise = true) {
+void push(Filter& filter, std::uint64_t seed, int k, Trace& trace, double fine = 1e-7) {
   Draw draw(seed, k);
   S sensor;
   sensor.sigma = draw.uniform(0.05, 0.2);
@@ -107,7 +108,7 @@ void push(Filter& filter, std::uint64_t seed, int k, Trace& trace, bool precise 
   const double dt = draw.uniform(0.05, 0.15);
   const double control = draw.uniform(-1, 1);
   const int verb = draw.below(12);
-  if (precise && verb == 7) sensor.sigma = 1e-8;  // of one row: a direction that is known far better than another
+  if (verb == 7) sensor.sigma = fine;
   Vector<double, 2> y = pushed_y(sensor, k, draw);
   const Vector<double, 1> u(control);
   if (verb < 5) {

@@ -16,7 +16,7 @@ TEST(StopAndGoOn, OnePassRules) {
   stop_and_go_on(
       "SDDRE about a point",
       [] { return jml::Filter{jml::Sddre{jml::AboutPoint{Vector<double, 2>(0.3, -0.1)}}, Pushed{}, pushed_start()}; },
-      push_seen, extended);
+      push_seen);
   stop_and_go_on("JML", [] { return jml::Filter{jml::Jml{}, Pushed{}, pushed_start()}; }, push_seen);
   stop_and_go_on(
       "Kalman", [] { return jml::Filter{jml::Kalman{}, LinearPushed{}, pushed_start()}; },
@@ -25,7 +25,8 @@ TEST(StopAndGoOn, OnePassRules) {
 
 TEST(StopAndGoOn, Factored) {
   stop_and_go_on(
-      "factored EKF", [] { return jml::Filter{jml::Factored{jml::Ekf{}}, Pushed{}, pushed_start()}; }, push_seen,
+      "factored EKF", [] { return jml::Filter{jml::Factored{jml::Ekf{}}, Pushed{}, pushed_start()}; },
+      [](auto& filter, std::uint64_t seed, int k, Trace& trace) { push<Seen>(filter, seed, k, trace, 1e-11); },
       extended);
 }
 

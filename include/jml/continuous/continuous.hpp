@@ -74,7 +74,7 @@ class Continuous {
         : NoisyDynamics<Scalar, D>(model), engine(method.integrator) {}
     [[no_unique_address]] EngineOf<IntegratorType, Scalar, states_of<D>> engine;
 
-    /// Goes on as a copy of the filter.
+    /// Forgets what led here.
     void restart() {
       if constexpr (requires { engine.restart(); }) engine.restart();
     }

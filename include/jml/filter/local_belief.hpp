@@ -26,11 +26,7 @@ struct LocalBelief {
     else
       return (local.P);
   }
-};
-
-template <typename Scalar, typename D, typename Local>
-struct PartsOf<LocalBelief<Scalar, D, Local>> {
-  static auto each(auto& belief, auto&& f) { return f(belief.x, belief.local); }
+  auto each_part(auto&& f) { return f(x, local); }
 };
 
 namespace detail {

@@ -16,8 +16,8 @@
 /// it all. Numbers are little-endian on every machine, so an image of a Cortex-M7 is read on the desk. The
 /// fingerprint is of sizes, scalars and order of all parts, and of the names of method and model.
 ///
-/// CVODE keeps a history of its own, which no image holds: a filter restored from one goes on as a copy of
-/// the saved filter does.
+/// CVODE keeps a history of its own, which no image holds: a restored filter starts it afresh. Restored from
+/// its own image where it is saved, a flying filter does so too, and both go on bit by bit alike.
 #pragma once
 
 #include <jml/image/frame.hpp>
@@ -28,7 +28,7 @@ namespace jml {
 /// Bytes of an image of these objects: a filter, and plain structs or classes with each_part() beside it.
 template <typename... Object>
 [[nodiscard]] consteval std::size_t saved_size() {
-  return detail::frame_bytes + detail::layout_of_all<Object...>().bytes;
+  return detail::frame_bytes + detail::layout_of_all<std::remove_cvref_t<Object>...>().bytes;
 }
 template <typename... Object>
 [[nodiscard]] consteval std::size_t saved_size(const Object&...) {
@@ -60,6 +60,8 @@ template <typename... Object>
 template <typename... Object>
 [[nodiscard]] Status restore(std::span<const std::byte> image, Object&... objects) {
   static_assert(sizeof...(Object) > 0, "jml: restore(image, filter): there is nothing to restore");
+  static_assert((!std::is_const_v<Object> && ...),
+                "jml: restore(image, filter): what is restored is not const");
   constexpr detail::Layout layout = detail::layout_of_all<Object...>();
   if (const Status status = detail::check_image(image, layout); status != Status::ok) return status;
   detail::ImageReader reader{image.data() + detail::head_bytes};

@@ -15,19 +15,21 @@ inline constexpr bool is_optional = false;
 template <typename T>
 inline constexpr bool is_optional<std::optional<T>> = true;
 
-/// Converts to any member.
+/// Converts to any member; never run, but a constructor that takes it may be compiled.
 template <std::size_t>
 struct AnyMember {
   template <typename T>
     requires(!is_optional<T>)  // which takes it as it is
-  constexpr operator T() const;
+  operator T() const {         // NOLINT(google-explicit-constructor)
+    __builtin_unreachable();
+  }
 };
 /// Converts to a base of T alone.
 template <typename T>
 struct AnyBase {
   template <typename Base>
     requires(std::is_base_of_v<Base, T> && !std::is_same_v<Base, T>)
-  constexpr operator Base() const;
+  operator Base() const;  // NOLINT(google-explicit-constructor)
 };
 template <typename T>
 inline constexpr bool derives_something = requires { T{AnyBase<T>{}}; };

@@ -44,15 +44,17 @@ constexpr auto each_part_of(T& value, F&& f) {
                   "jml: something to be saved has a part of a type T that jml cannot look into (a class with "
                   "a constructor or private parts, a union, a pointer): give T a member `auto "
                   "each_part(auto&& f) { return f(a, b); }` that names what must be saved of it");
+    constexpr bool alone = !derives_something<T>;
     if constexpr (plain) {
-      static_assert(!derives_something<T>,
+      static_assert(alone,
                     "jml: something to be saved has a part of a type T that is derived from another class: "
                     "give T a member `auto each_part(auto&& f) { return f(a, b); }` that names its parts and "
                     "those of its base");
-      return each_member(value, f);
-    } else {
-      return f();
     }
+    if constexpr (plain && alone)
+      return each_member(value, f);
+    else
+      return f();
   }
 }
 template <typename T>
