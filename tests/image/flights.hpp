@@ -19,7 +19,7 @@ using jml::Vector, jml::Matrix, jml::Status;
 inline bool by_night() { return std::getenv("JML_NIGHTLY") != nullptr; }
 /// Of every method.
 inline int stop_points() { return by_night() ? 10'000 : 300; }
-inline int damages() { return by_night() ? 1'000'000 : 30'000; }
+inline int damages() { return by_night() ? 1'000'000 : 100'000; }
 
 /// The bits of all that a filter and its reports show.
 class Trace {
@@ -92,9 +92,9 @@ struct Draw {
   int below(int n) { return static_cast<int>(next() % static_cast<std::uint64_t>(n)); }
 };
 
-/// make(): a filter; advance(filter, seed, k, trace): one verb, whose inputs follow from seed and k. The filter
-/// that an image is restored into has flown another way before. `sight(filter)`: what the flights must have
-/// seen somewhere.
+/// make(): a filter; advance(filter, seed, k, trace): one verb, whose inputs follow from seed and k. The
+/// filter that an image is restored into has flown another way before. `sight(filter)`: what the flights must
+/// have seen somewhere.
 template <typename Make, typename Advance, typename Sight>
 void stop_and_go_on(const char* name, const Make& make, const Advance& advance, const Sight& sight) {
   SCOPED_TRACE(name);
@@ -129,7 +129,8 @@ void stop_and_go_on(const char* name, const Make& make, const Advance& advance, 
         ASSERT_EQ(trace, shown[k]) << "flight " << seed << ", stopped at " << stop << ", step " << k;
       }
       ASSERT_EQ(jml::save(*again, *other), Status::ok);
-      ASSERT_TRUE(*again == (*image)[end]) << "flight " << seed << ", stopped at " << stop << ", step " << end;
+      ASSERT_TRUE(*again == (*image)[end])
+          << "flight " << seed << ", stopped at " << stop << ", step " << end;
     }
   }
   EXPECT_GT(seen, 0) << "the flights saw nothing of what they are to see";
@@ -176,7 +177,8 @@ void refuse_damages(const Filter& flown, Filter fresh, int count) {
       }
       case 5: {  // bytes lost: what follows moves up
         const std::size_t from = at();
-        std::copy(bytes.begin() + static_cast<long>(from) + 1, bytes.end(), bytes.begin() + static_cast<long>(from));
+        std::copy(bytes.begin() + static_cast<long>(from) + 1, bytes.end(),
+                  bytes.begin() + static_cast<long>(from));
         break;
       }
       default:  // eight bytes of nonsense anywhere

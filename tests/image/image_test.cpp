@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What an image is: its bytes, written down by hand; every kind of part, there and back; what is refused, and by which
-// name, also of an image that somebody forged with its checksum right.
+// What an image is: its bytes, written down by hand; every kind of part, there and back; what is refused, and
+// by which name, also of an image that somebody forged with its checksum right.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -53,16 +53,21 @@ TEST(Image, BytesAsWrittenByHand) {
   static_assert(sizeof(image) == 24 + 8 + 1 + 8 + 1 + 8 && jml::saved_size<Small>() == sizeof(image));
   EXPECT_EQ(jml::saved_size(small), image.size());
   ASSERT_EQ(jml::save(image, small), Status::ok);
-  EXPECT_EQ(hex(image, 0, 8), "6a6d6c7361766501");   // "jmlsave", version 1
+  EXPECT_EQ(hex(image, 0, 8), "6a6d6c7361766501");    // "jmlsave", version 1
   EXPECT_EQ(hex(image, 16, 24), "1200000000000000");  // 18 bytes follow
-  EXPECT_EQ(hex(image, 24, 42), "feffffffffffffff" "01" "000000000000f83f" "02");
+  EXPECT_EQ(hex(image, 24, 42),
+            "feffffffffffffff"
+            "01"
+            "000000000000f83f"
+            "02");
 }
 
-// The same of GCC and Clang, and so of a Cortex-M7: an image of the target is read on the desk. (Of what else it is
-// nothing is asked; these numbers change with the format.)
+// The same of GCC and Clang, and so of a Cortex-M7: an image of the target is read on the desk. (Of what else
+// it is nothing is asked; these numbers change with the format.)
 TEST(Image, FingerprintIsTheSameOfEveryCompiler) {
   EXPECT_EQ(jml::detail::layout_of_all<Small>().shape, 0xDF8863262BAA352FU);
-  EXPECT_EQ((jml::detail::name_of<jml::OnePass<jml::Sddre<jml::AboutPoint<double, 2>>>>()), 0x133732E896E5D05U);
+  EXPECT_EQ((jml::detail::name_of<jml::OnePass<jml::Sddre<jml::AboutPoint<double, 2>>>>()),
+            0x133732E896E5D05U);
 }
 
 struct Inner {
@@ -79,8 +84,9 @@ class Ring {
   }
   [[nodiscard]] double back() const { return values_[last_]; }
   auto each_part(auto&& f) {
-    return f(jml::in_range(last_, 0, 2), jml::in_range(used_, 0, 3),
-             jml::part_series<3>([this](int i) { return jml::part_if([this, i] { return i < used_; }, values_[i]); }));
+    return f(jml::in_range(last_, 0, 2), jml::in_range(used_, 0, 3), jml::part_series<3>([this](int i) {
+               return jml::part_if([this, i] { return i < used_; }, values_[i]);
+             }));
   }
 
  private:
@@ -179,7 +185,8 @@ TEST(Image, ForgedIndicesAreRefused) {
   ASSERT_EQ(jml::save(image, a), Status::ok);
   // 36 inner is 28: v, f; bytes 3; pair 16; tuple 1 + 28; optional 1 + 28; variant 1 + 28; ring 8 + 8 + 24.
   const std::size_t variant = 24 + 28 + 3 + 16 + 29 + 29, ring = variant + 29;
-  for (const auto& [at, value] : {std::pair{variant, 3}, std::pair{ring, 3}, std::pair{ring + 7, 0x80}, std::pair{ring + 8, 4}}) {
+  for (const auto& [at, value] :
+       {std::pair{variant, 3}, std::pair{ring, 3}, std::pair{ring + 7, 0x80}, std::pair{ring + 8, 4}}) {
     auto bytes = image;
     bytes[at] = std::byte(value);
     seal(bytes);
@@ -193,7 +200,9 @@ struct Fall {
   Vector<T, 2> dynamics(const Vector<T, 2>& x) const {
     return {x(0) + x(1), x(1)};
   }
-  jml::Matrix<double, 2, 2> disturbance_covariance() const { return 0.1 * jml::Matrix<double, 2, 2>::Identity(); }
+  jml::Matrix<double, 2, 2> disturbance_covariance() const {
+    return 0.1 * jml::Matrix<double, 2, 2>::Identity();
+  }
 };
 struct OtherFall : Fall {};
 struct Height {
@@ -214,7 +223,8 @@ TEST(Image, OfAnotherFilterIsForeign) {
   jml::Filter sddre{jml::Sddre{}, Fall{}, start};
   jml::Filter another{jml::Ekf{}, OtherFall{}, start};
   jml::Filter jml_rule{jml::Jml{}, Fall{}, start};
-  jml::Filter single{jml::Ekf{}, Fall{}, jml::Estimate<float, 2>{{1, 0.5}, jml::Matrix<float, 2, 2>::Identity()}};
+  jml::Filter single{jml::Ekf{}, Fall{},
+                     jml::Estimate<float, 2>{{1, 0.5}, jml::Matrix<float, 2, 2>::Identity()}};
   jml::Filter lag{jml::FixedLag<3>{}, Fall{}, jml::sensors<Height>, start};
   EXPECT_EQ(jml::restore(image, sddre), Status::foreign_image);
   EXPECT_EQ(jml::restore(image, another), Status::foreign_image);
@@ -248,7 +258,8 @@ TEST(Image, AFilterAndWhatStandsBesideIt) {
 
 // A filter whose start was refused carries that, and the model of this program its own.
 TEST(Image, AStartThatWasRefusedStaysRefused) {
-  jml::Filter filter{jml::Ekf{}, Fall{}, jml::Estimate<double, 2>{{1, 0.5}, -jml::Matrix<double, 2, 2>::Identity()}};
+  jml::Filter filter{jml::Ekf{}, Fall{},
+                     jml::Estimate<double, 2>{{1, 0.5}, -jml::Matrix<double, 2, 2>::Identity()}};
   jml::Filter other{jml::Ekf{}, Fall{}, start};
   jml::ImageOf<decltype(filter)> image;
   ASSERT_EQ(jml::save(image, filter), Status::ok);
@@ -258,7 +269,8 @@ TEST(Image, AStartThatWasRefusedStaysRefused) {
 
 TEST(Image, EveryStatusHasWords) {
   const auto last = static_cast<int>(last_value(Status::ok));
-  for (int i = 0; i <= last; ++i) EXPECT_NE(std::string_view(describe(static_cast<Status>(i))), "unknown status") << i;
+  for (int i = 0; i <= last; ++i)
+    EXPECT_NE(std::string_view(describe(static_cast<Status>(i))), "unknown status") << i;
   EXPECT_EQ(std::string_view(describe(static_cast<Status>(last + 1))), "unknown status");
 }
 

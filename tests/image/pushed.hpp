@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A model in which everything is read that a filter carries beside its belief: time, dt and control in the dynamics
-// and in a sensor, noise that follows them; and a sensor that has a number of its own.
+// A model in which everything is read that a filter carries beside its belief: time, dt and control in the
+// dynamics and in a sensor, noise that follows them; and a sensor that has a number of its own.
 #pragma once
 
 #include "flights.hpp"
@@ -9,7 +9,8 @@ namespace flights {
 
 template <typename T, typename At>
 Vector<T, 2> pushed_slope(const Vector<T, 2>& x, const At& at) {
-  return {x(1), -1.0 * x(0) - 0.3 * x(1) - 0.1 * x(0) * x(0) * x(0) + double(at.control(0)) + 0.1 * std::sin(at.time)};
+  return {x(1), -1.0 * x(0) - 0.3 * x(1) - 0.1 * x(0) * x(0) * x(0) + double(at.control(0)) +
+                    0.1 * std::sin(at.time)};
 }
 struct Pushed {
   static constexpr int states = 2, controls = 1, disturbances = 1;
@@ -97,8 +98,8 @@ Vector<double, 2> pushed_y(const S& sensor, int k, Draw& draw) {
   return y;
 }
 
-/// One verb of any method on Pushed and its like. `fine`: σ of one row now and then, by which one direction is known
-/// far better than another, so that a belief keeps more digits than double has.
+/// One verb of any method on Pushed and its like. `fine`: σ of one row now and then, by which one direction
+/// is known far better than another, so that a belief keeps more digits than double has.
 template <typename S, typename Filter>
 void push(Filter& filter, std::uint64_t seed, int k, Trace& trace, double fine = 1e-7) {
   Draw draw(seed, k);

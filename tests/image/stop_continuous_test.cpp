@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stopped anywhere: filters in continuous time, by samples and by a measurement that is there all the time, and the
-// algebraic filter with its last solution.
+// Stopped anywhere: filters in continuous time, by samples and by a measurement that is there all the time,
+// and the algebraic filter with its last solution.
 #include "pushed.hpp"
 
 namespace {
@@ -36,18 +36,24 @@ const auto flow = [](auto& filter, std::uint64_t seed, int k, Trace& trace) {
 
 TEST(StopAndGoOn, ContinuousTime) {
   stop_and_go_on(
-      "EKF by Runge-Kutta", [] { return jml::Filter{jml::Continuous{jml::Ekf{}}, Flowing{}, pushed_start(), 1.0}; }, flow);
+      "EKF by Runge-Kutta",
+      [] { return jml::Filter{jml::Continuous{jml::Ekf{}}, Flowing{}, pushed_start(), 1.0}; }, flow);
   stop_and_go_on(
       "RNLS by Davison-Maki",
-      [] { return jml::Filter{jml::Continuous{jml::Rnls{}, jml::DavisonMaki{}}, Flowing{}, pushed_start(), 1.0}; }, flow);
+      [] {
+        return jml::Filter{jml::Continuous{jml::Rnls{}, jml::DavisonMaki{}}, Flowing{}, pushed_start(), 1.0};
+      },
+      flow);
   stop_and_go_on(
       "factored",
-      [] { return jml::Filter{jml::Factored{jml::Continuous{jml::Ekf{}}}, Flowing{}, pushed_start(), 1.0}; }, flow);
+      [] { return jml::Filter{jml::Factored{jml::Continuous{jml::Ekf{}}}, Flowing{}, pushed_start(), 1.0}; },
+      flow);
 }
 
 TEST(StopAndGoOn, Algebraic) {
   stop_and_go_on(
-      "algebraic SDDRE", [] { return jml::Filter{jml::Algebraic{jml::Sddre{}}, Flowing{}, Vector<double, 2>(0.8, 0.3)}; },
+      "algebraic SDDRE",
+      [] { return jml::Filter{jml::Algebraic{jml::Sddre{}}, Flowing{}, Vector<double, 2>(0.8, 0.3)}; },
       [](auto& filter, std::uint64_t seed, int k, Trace& trace) {
         if (k % 20 == 0) filter.method().options.substeps = 1 + k / 20;
         flow(filter, seed, k, trace);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// CVODE keeps a history that no image holds: a restored filter starts afresh, whatever it was before, and goes on as the
-// saved one does to what `ok` claims; bit by bit where that is restored from its own image, too.
+// CVODE keeps a history that no image holds: a restored filter starts afresh, whatever it was before, and
+// goes on as the saved one does to what `ok` claims; bit by bit where that is restored from its own image,
+// too.
 #include <jml/continuous/cvode.hpp>
 
 #include "pushed.hpp"
@@ -10,8 +11,8 @@ namespace {
 using namespace flights;
 
 auto made() {
-  return jml::Filter{jml::Continuous{jml::Rnls{}, jml::Cvode{{.relative_tolerance = 1e-9}}}, Flowing{}, pushed_start(),
-                     1.0};
+  return jml::Filter{jml::Continuous{jml::Rnls{}, jml::Cvode{{.relative_tolerance = 1e-9}}}, Flowing{},
+                     pushed_start(), 1.0};
 }
 /// Lines go on from each other, and CVODE with them; sometimes they jump, or a sample comes.
 template <typename Filter>

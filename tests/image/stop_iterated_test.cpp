@@ -13,10 +13,13 @@ const auto push_seen = [](auto& filter, std::uint64_t seed, int k, Trace& trace)
 
 TEST(StopAndGoOn, IteratedRules) {
   stop_and_go_on("IEKF", [] { return jml::Filter{jml::Iekf{}, Pushed{}, pushed_start()}; }, push_seen);
-  stop_and_go_on("iterated JML", [] { return jml::Filter{jml::IteratedJml{}, Pushed{}, pushed_start()}; }, push_seen);
+  stop_and_go_on(
+      "iterated JML", [] { return jml::Filter{jml::IteratedJml{}, Pushed{}, pushed_start()}; }, push_seen);
   stop_and_go_on(
       "factored IEKF", [] { return jml::Filter{jml::Factored{jml::Iekf{}}, Pushed{}, pushed_start()}; },
-      [](auto& filter, std::uint64_t seed, int k, Trace& trace) { push<Seen>(filter, seed, k, trace, 1e-11); },
+      [](auto& filter, std::uint64_t seed, int k, Trace& trace) {
+        push<Seen>(filter, seed, k, trace, 1e-11);
+      },
       [](const auto& filter) { return filter.belief().extended ? 1 : 0; });
 }
 

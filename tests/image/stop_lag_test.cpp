@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stopped anywhere: a fixed lag with all its records, late measurements at a node and between two, a robust loss,
-// and in factors with a start of which nothing is known.
+// Stopped anywhere: a fixed lag with all its records, late measurements at a node and between two, a robust
+// loss, and in factors with a start of which nothing is known.
 #include "pushed.hpp"
 
 namespace {
@@ -16,7 +16,10 @@ TEST(StopAndGoOn, FixedLag) {
   int between = 0;
   stop_and_go_on(
       "fixed lag",
-      [] { return jml::Filter{jml::FixedLag<5, 3>{}, Pushed{}, jml::sensors<jml::Part<Seen>>, pushed_start(), 2.0}; },
+      [] {
+        return jml::Filter{jml::FixedLag<5, 3>{}, Pushed{}, jml::sensors<jml::Part<Seen>>, pushed_start(),
+                           2.0};
+      },
       [&](auto& filter, std::uint64_t seed, int k, Trace& trace) {
         const double first = filter.time(filter.depth());
         const int depth = filter.depth();
@@ -33,7 +36,8 @@ TEST(StopAndGoOn, FactoredFixedLag) {
   stop_and_go_on(
       "factored fixed lag",
       [&] {
-        jml::Filter filter{jml::Factored{jml::FixedLag<4, 4>{}}, Pushed{}, jml::sensors<jml::Part<Seen>>, start};
+        jml::Filter filter{jml::Factored{jml::FixedLag<4, 4>{}}, Pushed{}, jml::sensors<jml::Part<Seen>>,
+                           start};
         filter.method().options.loss = jml::Loss::cauchy(2);
         filter.method().options.judge = true;
         return filter;

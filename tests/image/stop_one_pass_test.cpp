@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stopped anywhere, restored into a filter with another past: Kalman, EKF, SDDRE, JML and a factored EKF go on bit by
-// bit, also where a belief keeps more digits than it shows.
+// Stopped anywhere, restored into a filter with another past: Kalman, EKF, SDDRE, JML and a factored EKF go
+// on bit by bit, also where a belief keeps more digits than it shows.
 #include "pushed.hpp"
 
 namespace {
 
 using namespace flights;
 
-const auto push_seen = [](auto& filter, std::uint64_t seed, int k, Trace& trace) { push<Seen>(filter, seed, k, trace); };
+const auto push_seen = [](auto& filter, std::uint64_t seed, int k, Trace& trace) {
+  push<Seen>(filter, seed, k, trace);
+};
 const auto extended = [](const auto& filter) { return filter.belief().extended ? 1 : 0; };
 
 TEST(StopAndGoOn, OnePassRules) {
@@ -15,18 +17,24 @@ TEST(StopAndGoOn, OnePassRules) {
       "EKF", [] { return jml::Filter{jml::Ekf{}, Pushed{}, pushed_start(), 3.0}; }, push_seen, extended);
   stop_and_go_on(
       "SDDRE about a point",
-      [] { return jml::Filter{jml::Sddre{jml::AboutPoint{Vector<double, 2>(0.3, -0.1)}}, Pushed{}, pushed_start()}; },
+      [] {
+        return jml::Filter{jml::Sddre{jml::AboutPoint{Vector<double, 2>(0.3, -0.1)}}, Pushed{},
+                           pushed_start()};
+      },
       push_seen);
   stop_and_go_on("JML", [] { return jml::Filter{jml::Jml{}, Pushed{}, pushed_start()}; }, push_seen);
   stop_and_go_on(
       "Kalman", [] { return jml::Filter{jml::Kalman{}, LinearPushed{}, pushed_start()}; },
-      [](auto& filter, std::uint64_t seed, int k, Trace& trace) { push<LinearSeen>(filter, seed, k, trace); }, extended);
+      [](auto& filter, std::uint64_t seed, int k, Trace& trace) { push<LinearSeen>(filter, seed, k, trace); },
+      extended);
 }
 
 TEST(StopAndGoOn, Factored) {
   stop_and_go_on(
       "factored EKF", [] { return jml::Filter{jml::Factored{jml::Ekf{}}, Pushed{}, pushed_start()}; },
-      [](auto& filter, std::uint64_t seed, int k, Trace& trace) { push<Seen>(filter, seed, k, trace, 1e-11); },
+      [](auto& filter, std::uint64_t seed, int k, Trace& trace) {
+        push<Seen>(filter, seed, k, trace, 1e-11);
+      },
       extended);
 }
 

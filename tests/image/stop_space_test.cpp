@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Stopped anywhere: attitudes, whose belief has a point and a chart at every node of a window.
-#include "models/attitude_in_space.hpp"
-
 #include "flights.hpp"
+#include "models/attitude_in_space.hpp"
 
 namespace {
 
@@ -26,7 +25,8 @@ const auto turn = [](auto& filter, std::uint64_t seed, int k, Trace& trace) {
   Draw draw(seed, k);
   const double dt = draw.uniform(0.05, 0.2);
   const double angle = draw.uniform(0, 6);
-  const VectorSensor sensor{Vector3(std::sin(angle), std::cos(2 * angle), 0.3).normalized(), draw.uniform(0.05, 0.2)};
+  const VectorSensor sensor{Vector3(std::sin(angle), std::cos(2 * angle), 0.3).normalized(),
+                            draw.uniform(0.05, 0.2)};
   Vector3 y = sensor.measurement(jml::SO3::plus(attitude, Vector3(0.05 * k, 0.1, -0.02 * k)));
   for (int i = 0; i < 3; ++i) y(i) += draw.uniform(-0.1, 0.1);
   const Vector3 rate(0.3, draw.uniform(-1, 1), 0.5);
@@ -51,8 +51,10 @@ TEST(StopAndGoOn, StatesInASpace) {
 TEST(StopAndGoOn, AWindowOfStatesInASpace) {
   stop_and_go_on(
       "fixed lag",
-      [] { return jml::Filter{jml::FixedLag<4, 3>{}, Walking{}, jml::sensors<VectorSensor>, attitude_start()}; }, turn,
-      [](const auto& filter) { return filter.depth() == 4 ? 1 : 0; });
+      [] {
+        return jml::Filter{jml::FixedLag<4, 3>{}, Walking{}, jml::sensors<VectorSensor>, attitude_start()};
+      },
+      turn, [](const auto& filter) { return filter.depth() == 4 ? 1 : 0; });
 }
 
 }  // namespace
