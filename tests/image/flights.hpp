@@ -45,6 +45,15 @@ class Trace {
     add(filter.time());
     add(filter.status());
     if constexpr (requires { filter.P(); }) add(filter.P());
+    if constexpr (requires { filter.belief().spread; }) {
+      add(filter.belief().spread);
+      add(filter.belief().exact);
+      add(filter.belief().fine);
+    }
+    if constexpr (requires { filter.belief().magnification; }) {
+      add(filter.belief().magnification);
+      add(filter.belief().variances);
+    }
     if constexpr (requires { filter.box(); }) {
       add(filter.box().lower);
       add(filter.box().upper);

@@ -75,6 +75,12 @@ struct Inner {
   float f = 0.5F;
 };
 struct Nothing {};
+struct InC {
+  double table[2][2] = {{1, 2}, {3, 4}};
+  std::array<int, 2> pair{5, 6};
+  Inner inner[2];
+  int last = 7;
+};
 class Ring {
  public:
   void push(double x) {
@@ -96,6 +102,7 @@ class Ring {
 struct Everything {
   Inner inner;
   Nothing nothing;
+  InC in_c;
   std::array<std::uint8_t, 3> bytes{1, 2, 3};
   std::pair<long, unsigned> pair{-5, 6};
   std::tuple<bool, Inner> tuple{true, {}};
@@ -110,6 +117,9 @@ TEST(Image, EveryKindOfPartThereAndBack) {
   Everything a, b;
   a.inner.v = {4, -0.0, std::numeric_limits<double>::quiet_NaN()};
   a.inner.f = -2.5F;
+  a.in_c.table[1][0] = -3;
+  a.in_c.inner[1].f = 6;
+  a.in_c.last = 70;
   a.bytes = {9, 0, 255};
   a.pair = {std::numeric_limits<long>::min(), 4'000'000'000U};
   std::get<1>(a.tuple).f = 8;
@@ -124,6 +134,9 @@ TEST(Image, EveryKindOfPartThereAndBack) {
   EXPECT_TRUE(std::signbit(b.inner.v(1)));
   EXPECT_EQ(std::bit_cast<std::uint64_t>(b.inner.v(2)), std::bit_cast<std::uint64_t>(a.inner.v(2)));
   EXPECT_EQ(b.inner.f, -2.5F);
+  EXPECT_EQ(b.in_c.table[1][0], -3);
+  EXPECT_EQ(b.in_c.inner[1].f, 6);
+  EXPECT_EQ(b.in_c.last, 70);
   EXPECT_EQ(b.bytes, a.bytes);
   EXPECT_EQ(b.pair, a.pair);
   EXPECT_EQ(std::get<1>(b.tuple).f, 8);
@@ -183,8 +196,8 @@ TEST(Image, ForgedIndicesAreRefused) {
   Everything a, b;
   jml::ImageOf<Everything> image;
   ASSERT_EQ(jml::save(image, a), Status::ok);
-  // 36 inner is 28: v, f; bytes 3; pair 16; tuple 1 + 28; optional 1 + 28; variant 1 + 28; ring 8 + 8 + 24.
-  const std::size_t variant = 24 + 28 + 3 + 16 + 29 + 29, ring = variant + 29;
+  // Inner: 28. In C: 32, 16, 56 and 8. Bytes 3, pair 16, tuple 29, optional 29, variant 29, then the ring.
+  const std::size_t variant = 24 + 28 + 112 + 3 + 16 + 29 + 29, ring = variant + 29;
   for (const auto& [at, value] :
        {std::pair{variant, 3}, std::pair{ring, 3}, std::pair{ring + 7, 0x80}, std::pair{ring + 8, 4}}) {
     auto bytes = image;

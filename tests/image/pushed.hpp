@@ -109,7 +109,7 @@ void push(Filter& filter, std::uint64_t seed, int k, Trace& trace, double fine =
   const double dt = draw.uniform(0.05, 0.15);
   const double control = draw.uniform(-1, 1);
   const int verb = draw.below(12);
-  if (verb == 7) sensor.sigma = fine;
+  if (verb == 7 || (verb == 6 && fine < 1e-8)) sensor.sigma = fine;
   Vector<double, 2> y = pushed_y(sensor, k, draw);
   const Vector<double, 1> u(control);
   if (verb < 5) {

@@ -25,8 +25,10 @@ TEST(StopAndGoOn, OnePassRules) {
   stop_and_go_on("JML", [] { return jml::Filter{jml::Jml{}, Pushed{}, pushed_start()}; }, push_seen);
   stop_and_go_on(
       "Kalman", [] { return jml::Filter{jml::Kalman{}, LinearPushed{}, pushed_start()}; },
-      [](auto& filter, std::uint64_t seed, int k, Trace& trace) { push<LinearSeen>(filter, seed, k, trace); },
-      extended);
+      [](auto& filter, std::uint64_t seed, int k, Trace& trace) {
+        push<LinearSeen>(filter, seed, k, trace, seed % 2 == 0 ? 1e-7 : 1e-9);
+      },
+      [](const auto& filter) { return filter.belief().extended && filter.belief().fine ? 1 : 0; });
 }
 
 TEST(StopAndGoOn, Factored) {

@@ -39,23 +39,53 @@ consteval bool braced(std::index_sequence<i...>) {
   return requires { T{AnyMember<i>{}...}; };
 }
 inline constexpr int most_members = 16;
-/// How many members a plain struct has; one more than `most_members` where there are more.
+/// How many numbers or objects may stand in the braces of a plain struct, the entries of its C arrays one by
+/// one; one more than `most_members` where there are more.
 template <typename T, int count = most_members + 1>
-consteval int count_members() {
+consteval int count_initialisers() {
   if constexpr (count == 0 || braced<T>(std::make_index_sequence<count>{}))
     return count;
   else
-    return count_members<T, count - 1>();
+    return count_initialisers<T, count - 1>();
+}
+/// After `before` of them, so many more in braces of their own, and `after`.
+template <typename T, std::size_t... before, std::size_t... inside, std::size_t... after>
+consteval bool braced(std::index_sequence<before...>, std::index_sequence<inside...>,
+                      std::index_sequence<after...>) {
+  return requires { T{AnyMember<before>{}..., {AnyMember<inside>{}...}, AnyMember<after>{}...}; };
+}
+/// Of how many the member that begins at `at` takes up: the entries of a C array, or one.
+template <typename T, int count, int at, int extent = count - at>
+consteval int extent_of() {
+  constexpr auto before = std::make_index_sequence<at>{};
+  if constexpr (extent < 2)
+    return 1;
+  else if constexpr (braced<T>(before, std::make_index_sequence<extent>{},
+                               std::make_index_sequence<count - at - extent>{}) &&
+                     !braced<T>(before, std::make_index_sequence<extent>{},
+                                std::make_index_sequence<count - at - extent + 1>{}))
+    return extent;
+  else
+    return extent_of<T, count, at, extent - 1>();
+}
+template <typename T, int count, int at = 0>
+consteval int count_members() {
+  if constexpr (at >= count)
+    return 0;
+  else
+    return 1 + count_members<T, count, at + extent_of<T, count, at>()>();
 }
 
 /// f(member…); what f returns.
 template <typename T, typename F>
 constexpr auto each_member(T& value, F&& f) {
-  constexpr int count = count_members<T>();
-  static_assert(count <= most_members,
-                "jml: a struct with more than sixteen members, or with a C array: give it a member `auto "
-                "each_part(auto&& f) { return f(a, b); }` that names its parts, or take std::array");
-  if constexpr (count == 0 || count > most_members) {
+  constexpr int initialisers = count_initialisers<T>();
+  static_assert(
+      initialisers <= most_members,
+      "jml: a struct with more than sixteen members or entries of a C array: give it a member `auto "
+      "each_part(auto&& f) { return f(a, b); }` that names its parts, or take std::array");
+  constexpr int count = initialisers <= most_members ? count_members<T, initialisers>() : 0;
+  if constexpr (count == 0) {
     return f();
   } else if constexpr (count == 1) {
     auto& [a] = value;
