@@ -9,8 +9,9 @@
 /// A restored filter goes on bit for bit as the saved one would have. An image holds what can change once a
 /// filter is made: the belief (with what it keeps of a window, boxes and low digits), time, the control of
 /// the last step, gate, status, and the options of the method. The dynamics and what else the constructor was
-/// given for good (an integrator's options) are the program's own, and have to be the same. So is all that a
-/// sensor object does not hold in parts that jml can see (image/parts.hpp).
+/// given for good (an integrator's options) are the program's own, and have to be the same. Sensor objects
+/// that a window remembers are saved by their parts, as image/parts.hpp says. Recorders (Batch, Smoother) are
+/// not saved.
 ///
 /// Bytes: "jmlsave", format version, fingerprint, length of what follows, the parts in their order, CRC-64 of
 /// it all. Numbers are little-endian on every machine, so an image of a Cortex-M7 is read on the desk. The
