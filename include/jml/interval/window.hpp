@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <jml/interval/linearised.hpp>
 #include <jml/interval/local_record.hpp>
+#include <jml/interval/window_parts.hpp>
 
 namespace jml {
 
@@ -187,7 +188,8 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
     return f(in_range(first_, 0, size - 1), in_range(last_, 0, length), in_range(now_, 0, 2), arrival_, loss_,
              part_series<1>([this](int) -> X& { return prior_.a[now_]; }),
              part_series<length + 1>([this](int j) {
-               return part_if([this, j] { return j <= last_; }, NodeParts{node(j), now_, j > 0});
+               return part_if([this, j] { return j <= last_; },
+                              WindowNodeParts<measurements, WindowNode>{node(j), now_, j > 0});
              }));
   }
   void restored() { prior_.set(arrival_); }
@@ -234,24 +236,6 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
   struct WindowNode : IntervalNode<Scalar, D, true, 3> {
     std::tuple<Slots<S>...> slots{};
     std::array<std::uint8_t, sizeof...(S)> count{};
-  };
-
-  struct NodeParts {
-    WindowNode& node;
-    int now;
-    bool led_to;  // by a step
-
-    auto each_part(auto&& f) { return each_type(f, std::make_index_sequence<sizeof...(S)>{}); }
-
-   private:
-    template <std::size_t... type>
-    auto each_type(auto&& f, std::index_sequence<type...>) {
-      return f(node.x[now], part_if(led_to, node.b[now]), node.noise, node.context,
-               in_range(node.count[type], 0, std::uint8_t(measurements))...,
-               part_series<measurements>([this](int i) {
-                 return part_if([this, i] { return i < node.count[type]; }, std::get<type>(node.slots)[i]);
-               })...);
-    }
   };
 
   [[nodiscard]] JML_INLINE int place(int j) const {
