@@ -255,7 +255,8 @@ TEST(Image, AFilterAndWhatStandsBesideIt) {
   jml::Filter filter{jml::FixedLag<3>{}, Fall{}, jml::sensors<Height>, start}, other = filter;
   Small counters{3, true, 0.5, Mode::on}, others{};
   for (int k = 0; k < 6; ++k) ASSERT_TRUE(jml::usable(filter.step(Height{}, 1.0 + 0.5 * k).status));
-  std::array<std::byte, jml::saved_size<decltype(filter), Small>()> image;
+  std::array<std::byte, jml::saved_size(filter, counters)> image;
+  static_assert(sizeof(image) == sizeof(jml::ImageOf<decltype(filter), Small>));
   Status saved, restored;
   {
     heap_trap::Armed trap;

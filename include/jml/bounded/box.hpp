@@ -4,6 +4,7 @@
 #pragma once
 
 #include <jml/argument.hpp>
+#include <jml/image/parts.hpp>
 #include <limits>
 
 namespace jml {
