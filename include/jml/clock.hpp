@@ -30,6 +30,8 @@ class Clock {
   /// The step that leads from here to `time`, s; negative where that has passed.
   [[nodiscard]] double until(double time) const { return (time - time_) + excess_; }
 
+  auto each_part(auto&& f) { return f(time_, excess_); }
+
  private:
   double time_ = 0, excess_ = 0;  // the sum is time_ - excess_
 };

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <jml/argument.hpp>
+#include <jml/image/parts.hpp>
 
 namespace jml {
 
@@ -36,6 +37,11 @@ struct Estimate {
   explicit Estimate(const Argument<Scalar, n>& state) : x(state) {}
   Estimate(const Argument<Scalar, n>& state, const Argument<Scalar, degrees, degrees>& covariance)
       : x(state), P(covariance) {}
+};
+
+template <typename Scalar, int n, int degrees>
+struct PartsOf<Estimate<Scalar, n, degrees>> {
+  static auto each(auto& estimate, auto&& f) { return f(estimate.x, estimate.P); }
 };
 
 template <typename Scalar, int n, int degrees>

@@ -20,6 +20,7 @@
 #include <jml/filter/filter.hpp>
 #include <jml/filter/one_pass.hpp>
 #include <jml/filter/pure.hpp>
+#include <jml/filter/save.hpp>
 #include <jml/filter/way_out.hpp>
 #include <jml/interval/batch.hpp>
 #include <jml/interval/criterion.hpp>

@@ -60,7 +60,12 @@ enum class Status : std::uint8_t {
                     ///< length than 1)
   state_unbounded,  ///< bounded noise: a state has no bound yet, neither from a prior box nor from a
                     ///< measurement
+  damaged_image,    ///< no saved image, one cut short or changed since it was saved, or one that says what the
+                    ///< object cannot be
+  foreign_image,    ///< an intact image, of another filter or another format
 };
+/// For what is restored: jml/image/parts.hpp.
+constexpr Status last_value(Status) { return Status::foreign_image; }
 
 /// Who found the root of an implicit step.
 enum class Solver : std::uint8_t {
@@ -153,6 +158,10 @@ enum class Solver : std::uint8_t {
       return "refused: the dynamics left the space of the state";
     case Status::state_unbounded:
       return "refused: a state has no bound yet: give a prior box, or measure it with update() first";
+    case Status::damaged_image:
+      return "refused: the saved image is damaged";
+    case Status::foreign_image:
+      return "refused: the saved image is of another filter, or of another format";
   }
   return "unknown status";
 }

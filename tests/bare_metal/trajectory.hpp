@@ -24,6 +24,7 @@ Run runge_kutta_double, runge_kutta_float, davison_maki_double, davison_maki_flo
     algebraic_float;
 Run linearised_box_double, linearised_box_float, guaranteed_box_double, guaranteed_box_float;
 Run strapdown_double, strapdown_float;
+Run restored_ekf, restored_lag;
 
 struct Case {
   const char* name;
@@ -58,6 +59,8 @@ inline constexpr Case cases[] = {
     {"bounded noise, guaranteed, float", guaranteed_box_float, 1e-3},
     {"strapdown EKF, 15 degrees, double", strapdown_double, 1e-10},
     {"strapdown EKF, 15 degrees, float", strapdown_float, 1e-2},
+    {"EKF, saved and restored", restored_ekf, 1e-13},
+    {"fixed lag of 4, saved and restored", restored_lag, 1e-11},
 };
 inline constexpr std::size_t case_count = sizeof(cases) / sizeof(cases[0]);
 

@@ -220,4 +220,42 @@ TEST(Health, NamesItsReasons) {
     EXPECT_TRUE(health.has(concern)) << jml::describe(concern);
 }
 
+// A filter and its channel, stopped at any sample and restored into others: the same bits from there on.
+TEST(Health, StopsAndGoesOn) {
+  for (int stop = 1; stop < 60; ++stop) {
+    Truth truth(7);
+    Filter filter = fresh(), other = fresh();
+    jml::Channel sensor{Both{}, jml::Lockout<>{.after = 3, .recovery = jml::Recovery::accept}},
+        second = sensor;
+    for (auto* channel : {&sensor, &second}) {
+      channel->gate = {0.999};
+      channel->monitor.options = {.window = 10, .repeats = 3};
+    }
+    jml::ImageOf<Filter, decltype(sensor)> image;
+    for (int k = 0; k < 70; ++k) {
+      const Vector2 y = truth.next() + (k / 7 % 3 == 2 ? Vector2(50, 0) : Vector2(0, 0));
+      sensor.use = k % 13 == 0 ? jml::Use::inhibit : jml::Use::accept;
+      if (k > stop) {
+        second.use = sensor.use;
+        ASSERT_EQ(second.step(other, y, 1.0).gate, sensor.step(filter, y, 1.0).gate);
+      } else {
+        ASSERT_EQ(sensor.step(filter, y, 1.0).status, Status::ok);
+      }
+      if (k == stop) {
+        ASSERT_EQ(jml::save(image, filter, sensor), Status::ok);
+        ASSERT_EQ(jml::restore(image, other, second), Status::ok);
+      }
+    }
+    EXPECT_EQ(filter.x(), other.x());
+    EXPECT_EQ(filter.P(), other.P());
+    EXPECT_EQ(sensor.tally().accepted, second.tally().accepted);
+    EXPECT_EQ(sensor.tally().rejected, second.tally().rejected);
+    EXPECT_EQ(sensor.tally().recovered, second.tally().recovered);
+    EXPECT_GT(sensor.tally().recovered, 0U);
+    EXPECT_EQ(sensor.alarms().nis_high, second.alarms().nis_high);
+    EXPECT_EQ(sensor.monitor.mean_nis(), second.monitor.mean_nis());
+    EXPECT_EQ(sensor.since_accepted(filter.time()), second.since_accepted(other.time()));
+  }
+}
+
 }  // namespace

@@ -107,6 +107,9 @@ struct BoundedNoise : Rule_ {
   }
 };
 
+template <typename Rule>
+struct PartsOf<BoundedNoise<Rule>> : PartsOfBase<BoundedNoise<Rule>, Rule> {};
+
 template <BoxRule Rule>
 struct MethodOf<Rule> {
   using type = BoundedNoise<Rule>;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <jml/argument.hpp>
+#include <jml/image/parts.hpp>
 #include <limits>
 
 namespace jml {
@@ -44,6 +45,11 @@ struct Box {
     for (int i = 0; i < n; ++i) good &= lower(i) <= upper(i) && lower(i) < infinity && upper(i) > -infinity;
     return good;
   }
+};
+
+template <typename Scalar, int n>
+struct PartsOf<Box<Scalar, n>> {
+  static auto each(auto& box, auto&& f) { return f(box.lower, box.upper); }
 };
 
 namespace detail {

@@ -38,6 +38,8 @@ struct Guaranteed {
     Interval<Scalar> offset[n];
     detail::Ranges<Scalar, n> rest;
     bool stepped = false;
+
+    auto each_part(auto&& f) { return f(shape, shaped, J, offset, rest, stepped); }
   };
 
   template <typename D, typename Scalar, int n, typename At>

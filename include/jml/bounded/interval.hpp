@@ -131,6 +131,7 @@ struct Interval {
     static_assert(detail::refuse_plain_function_of_interval<Base>());
     return {};
   }
+  constexpr auto each_part(auto&& f) { return f(low, high); }
   /// Every real number.
   static constexpr Interval whole() { return {-Limits::infinite, Limits::infinite}; }
   /// No value at all: both ends NaN.

@@ -99,6 +99,8 @@ class Zonotope {
     return 0;
   }
 
+  auto each_part(auto&& f) { return f(centre_, axes_, columns_); }
+
  private:
   /// The columns that a box of their own would enlarge most stay; the rest becomes that box, in the axes
   /// (Girard 2005). `unit`: a length for each state.

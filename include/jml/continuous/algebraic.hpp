@@ -151,4 +151,9 @@ class Algebraic {
   }
 };
 
+template <typename Rule>
+struct PartsOf<Algebraic<Rule>> {
+  static auto each(auto& method, auto&& f) { return f(method.rule, method.options); }
+};
+
 }  // namespace jml

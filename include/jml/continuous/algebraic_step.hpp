@@ -18,6 +18,7 @@ enum class GainUpdate : std::uint8_t {
   every_stage,   ///< at each stage of each Runge-Kutta substep: order 4 in the step
   every_sample,  ///< once, at the start of the interval, and the gain held over it
 };
+constexpr GainUpdate last_value(GainUpdate) { return GainUpdate::every_sample; }
 
 struct AlgebraicOptions {
   int substeps = 1;  ///< Runge-Kutta steps over an interval

@@ -73,6 +73,11 @@ class Continuous {
     Model(const D& model, const Continuous& method)
         : NoisyDynamics<Scalar, D>(model), engine(method.integrator) {}
     [[no_unique_address]] EngineOf<IntegratorType, Scalar, states_of<D>> engine;
+
+    /// Forgets what led here.
+    void restart() {
+      if constexpr (requires { engine.restart(); }) engine.restart();
+    }
   };
   template <typename Scalar, typename D, typename S>
   using Report =
@@ -216,6 +221,12 @@ class Continuous {
     if (!all_finite(slope_P)) return Status::dynamics_not_finite;
     return Rule::symmetric || !x_finite ? Status::covariance_lost : Status::riccati_escape;
   }
+};
+
+/// The integrator is read when a filter is made.
+template <typename Rule, typename Integrator>
+struct PartsOf<Continuous<Rule, Integrator>> {
+  static auto each(auto& method, auto&& f) { return f(method.rule); }
 };
 
 }  // namespace jml

@@ -74,6 +74,9 @@ class Cvode::Engine {
     return status;
   }
 
+  /// The next interval starts afresh.
+  void restart() { kind_ = nullptr; }
+
  private:
   template <typename Flow>
   using PackedEstimate = detail::PackedEstimate<n, Flow::symmetric>;

@@ -168,4 +168,9 @@ struct Factored {
   }
 };
 
+template <typename Rule>
+struct PartsOf<Factored<Rule>> {
+  static auto each(auto& method, auto&& f) { return f(method.rule); }
+};
+
 }  // namespace jml

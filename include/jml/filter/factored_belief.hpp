@@ -94,6 +94,14 @@ struct FactoredBelief : UdFactors<Scalar_, n> {
   }
 };
 
+template <typename Scalar, int n>
+struct PartsOf<FactoredBelief<Scalar, n>> {
+  static auto each(auto& b, auto&& f) {
+    return f(b.x, b.x_low, b.U, b.D, b.variances, b.magnification, b.extended, part_if(b.extended, b.U_low),
+             part_if(b.extended, b.D_low));
+  }
+};
+
 namespace detail {
 
 /// G Q Gᵀ = B diag(d) Bᵀ. With as many disturbances as states or more, B is a unit upper triangle.

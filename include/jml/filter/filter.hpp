@@ -258,7 +258,14 @@ class Filter {
   Belief& mutable_belief() { return core_.belief; }
 
  private:
+  friend struct PartsOf<Filter>;
   Core core_;
+};
+
+/// All that changes in a filter: see filter/save.hpp.
+template <typename M, typename D, typename Scalar>
+struct PartsOf<Filter<M, D, Scalar>> {
+  static auto each(auto& filter, auto&& f) { return f(filter.gate, filter.core_); }
 };
 
 template <typename M, typename D, typename Start>

@@ -208,6 +208,15 @@ class FilterCore {
     return report;
   }
 
+  auto each_part(auto&& f) { return f(method, belief, control, clock, status); }
+  /// The model's own verdict is that of this program.
+  void restored() {
+    if constexpr (requires { model.restart(); }) model.restart();
+    if constexpr (requires { model.status(); }) {
+      if (model.status() != Status::ok) status = model.status();
+    }
+  }
+
  private:
   /// Out of the way of attempt(): no address of what that works on is handed over, so it lives in registers.
   template <typename Of, typename S, typename Y>

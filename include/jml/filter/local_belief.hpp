@@ -26,6 +26,7 @@ struct LocalBelief {
     else
       return (local.P);
   }
+  auto each_part(auto&& f) { return f(x, local); }
 };
 
 namespace detail {

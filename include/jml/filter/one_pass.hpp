@@ -248,6 +248,9 @@ struct OnePass : Rule_ {
   JML_INLINE const Rule& rule() const { return *this; }
 };
 
+template <typename Rule>
+struct PartsOf<OnePass<Rule>> : PartsOfBase<OnePass<Rule>, Rule> {};
+
 template <OnePassRule Rule>
 struct MethodOf<Rule> {
   using type = OnePass<Rule>;

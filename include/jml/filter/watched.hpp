@@ -49,6 +49,14 @@ struct WatchedEstimate : Estimate<Scalar, n> {
   }
 };
 
+template <typename Scalar, int n>
+struct PartsOf<WatchedEstimate<Scalar, n>> {
+  static auto each(auto& e, auto&& f) {
+    return f(e.x, e.P, e.extended, e.exact, e.fine, e.spread, part_if(e.extended, e.x_low),
+             part_if(e.extended, e.P_low));
+  }
+};
+
 namespace detail {
 
 template <typename Scalar, int n>

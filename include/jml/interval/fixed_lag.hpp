@@ -239,4 +239,12 @@ struct Factored<FixedLag<length, measurements, List>> : FixedLag<length, measure
   explicit Factored(const Factored<FixedLag<length, measurements, Other>>& other) : Base(other) {}
 };
 
+template <int length, int measurements, typename List>
+struct PartsOf<FixedLag<length, measurements, List>> {
+  static auto each(auto& method, auto&& f) { return f(method.options); }
+};
+template <int length, int measurements, typename List>
+struct PartsOf<Factored<FixedLag<length, measurements, List>>>
+    : PartsOfBase<Factored<FixedLag<length, measurements, List>>, FixedLag<length, measurements, List>> {};
+
 }  // namespace jml

@@ -275,3 +275,8 @@ struct LocalRecord : Inner {
 };
 
 }  // namespace jml::detail
+
+namespace jml {
+template <typename Inner, typename D>
+struct PartsOf<detail::LocalRecord<Inner, D>> : PartsOfBase<detail::LocalRecord<Inner, D>, Inner> {};
+}  // namespace jml

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <jml/interval/linearised.hpp>
 #include <jml/interval/local_record.hpp>
+#include <jml/interval/window_parts.hpp>
 
 namespace jml {
 
@@ -191,6 +192,17 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
   void remove_newest(int j) {
     --node(j).count[static_cast<std::size_t>(List::template index_of<Sensor>())];
   }
+
+  /// What the next step starts from: of the copies of a trajectory the nominal, of the prior its factors.
+  auto each_part(auto&& f) {
+    return f(in_range(first_, 0, size - 1), in_range(last_, 0, length), in_range(now_, 0, 2), arrival_, loss_,
+             part_series<1>([this](int) -> X& { return prior_.a[now_]; }),
+             part_series<length + 1>([this](int j) {
+               return part_if([this, j] { return j <= last_; },
+                              WindowNodeParts<measurements, WindowNode>{node(j), now_, j > 0});
+             }));
+  }
+  void restored() { prior_.set(arrival_); }
 
   [[nodiscard]] const D& dynamics() const { return dynamics_; }
   [[nodiscard]] JML_INLINE int last() const { return last_; }

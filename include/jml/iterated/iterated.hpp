@@ -104,6 +104,9 @@ struct ExactStep : Rule_ {
   }
 };
 
+template <typename Rule>
+struct PartsOf<ExactStep<Rule>> : PartsOfBase<ExactStep<Rule>, Rule> {};
+
 template <IteratedRule Rule>
 struct MethodOf<Rule> {
   using type = ExactStep<Rule>;

@@ -15,6 +15,8 @@ enum class Iteration : std::uint8_t {
   none,      ///< the fallback solver alone
 };
 
+constexpr Iteration last_value(Iteration) { return Iteration::none; }
+
 /// Bounds of the iteration.
 struct IterationOptions {
   Iteration method = Iteration::anderson;

@@ -44,6 +44,12 @@ struct Iekf : Iterated<Ekf<>> {
   static constexpr bool measurement_only = true;
 };
 
+template <typename Reference, typename Fallback>
+struct PartsOf<IteratedJml<Reference, Fallback>>
+    : PartsOfBase<IteratedJml<Reference, Fallback>, Iterated<Jml<Reference>, Fallback>> {};
+template <>
+struct PartsOf<Iekf> : PartsOfBase<Iekf, Iterated<Ekf<>>> {};
+
 template <typename Rule>
 concept IteratedRule = requires {
   typename Rule::Inner;

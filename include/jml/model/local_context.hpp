@@ -31,6 +31,8 @@ struct LocalContext : StepContext<Scalar, DynamicsTraits<D>::controls> {
 
   LocalContext() = default;
   explicit LocalContext(const Plain& at) : Plain(at) {}
+
+  auto each_part(auto&& f) { return f(static_cast<Plain&>(*this), from, to, w, slope_at, frozen); }
 };
 template <typename Scalar, typename D>
 [[nodiscard]] LocalContext<Scalar, D> end_of(const LocalContext<Scalar, D>& at) {

@@ -116,9 +116,10 @@ class Channel {
   }
 
   /// What changes in operation, for jml::save(); not the sensor and the options.
-  template <typename F>
-  constexpr void each_part(F&& f) {
-    f(use, tally_, monitor, in_a_row_, recoveries_, accepted_at_, started_, shut_);
+  auto each_part(auto&& f) {
+    constexpr int most = std::numeric_limits<int>::max();
+    return f(use, tally_, monitor, in_range(in_a_row_, 0, most), in_range(recoveries_, 0, most), accepted_at_,
+             started_, shut_);
   }
 
  private:

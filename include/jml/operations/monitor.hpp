@@ -15,6 +15,7 @@
 #include <cmath>
 #include <cstdint>
 #include <jml/filter/report.hpp>
+#include <jml/image/parts.hpp>
 
 namespace jml {
 
@@ -40,10 +41,6 @@ struct Alarms {
   std::uint64_t biased = 0;  ///< bit i: the mean of row i is not zero
 
   [[nodiscard]] constexpr bool any() const { return nis_high || nis_low || stuck || biased != 0; }
-  template <typename F>
-  constexpr void each_part(F&& f) {
-    f(nis_high, nis_low, stuck, biased);
-  }
 };
 
 /// The innovations of one sensor of p rows, as they come.
@@ -82,12 +79,14 @@ class InnovationMonitor {
     if (samples_ >= options.window) close_window();
   }
 
-  template <typename F>
-  constexpr void each_part(F&& f) {
-    f(alarms_, mean_nis_, nis_, degrees_, samples_, equal_, any_, sum_, rows_, last_);
+  /// What it has seen, not its options.
+  auto each_part(auto&& f) {
+    return f(alarms_, mean_nis_, nis_, in_range(degrees_, 0, 1000), in_range(samples_, 0, 1000),
+             in_range(equal_, 0, most), any_, sum_, rows_, last_);
   }
 
  private:
+  static constexpr int most = std::numeric_limits<int>::max();
   template <typename Scalar>
   void look_for_repeats(const Vector<Scalar, p>& y) {
     bool same = any_;

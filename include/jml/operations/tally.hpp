@@ -14,6 +14,7 @@ enum class Use : std::uint8_t {
   force,    ///< used whatever the gate says; what is not finite, and an S that is not positive definite, is
             ///< refused all the same
 };
+constexpr Use last_value(Use) { return Use::force; }
 
 /// What became of the measurements of a channel.
 struct Tally {
@@ -23,10 +24,6 @@ struct Tally {
   std::uint64_t refused = 0;    ///< by the filter, with a status
   std::uint64_t inhibited = 0;  ///< the channel was shut
   std::uint64_t recovered = 0;  ///< times that a Lockout acted
-  template <typename F>
-  constexpr void each_part(F&& f) {
-    f(accepted, partial, rejected, refused, inhibited, recovered);
-  }
 };
 
 }  // namespace jml

@@ -10,6 +10,7 @@
 /// | JML    | F   | f_x | m_x | M   | eq. (14), nonsymmetric |
 #pragma once
 
+#include <jml/image/parts.hpp>
 #include <jml/model/concepts.hpp>
 
 namespace jml {
@@ -96,6 +97,17 @@ struct Rnls : Jml<Reference> {
   = default;
   constexpr explicit Rnls(const Reference& about) : Jml<Reference>(about) {}
 };
+
+template <typename Reference, EvaluatedAt point>
+struct PartsOf<Sddre<Reference, point>> {
+  static auto each(auto& rule, auto&& f) { return f(rule.reference); }
+};
+template <typename Reference, EvaluatedAt point>
+struct PartsOf<Jml<Reference, point>> {
+  static auto each(auto& rule, auto&& f) { return f(rule.reference); }
+};
+template <typename Reference>
+struct PartsOf<Rnls<Reference>> : PartsOfBase<Rnls<Reference>, Jml<Reference>> {};
 
 /// A rule of the one-pass recursion.
 template <typename Rule>
