@@ -60,6 +60,7 @@ enum class Status : std::uint8_t {
                     ///< length than 1)
   state_unbounded,  ///< bounded noise: a state has no bound yet, neither from a prior box nor from a
                     ///< measurement
+  no_feasible_point,  ///< no trajectory of the model lies within the bounds of its states and disturbances
 };
 
 /// Who found the root of an implicit step.
@@ -153,6 +154,8 @@ enum class Solver : std::uint8_t {
       return "refused: the dynamics left the space of the state";
     case Status::state_unbounded:
       return "refused: a state has no bound yet: give a prior box, or measure it with update() first";
+    case Status::no_feasible_point:
+      return "refused: no trajectory of the model lies within the bounds";
   }
   return "unknown status";
 }
