@@ -60,6 +60,7 @@ enum class Status : std::uint8_t {
                     ///< length than 1)
   state_unbounded,  ///< bounded noise: a state has no bound yet, neither from a prior box nor from a
                     ///< measurement
+  no_feasible_point,  ///< no trajectory of the model lies within the bounds of its states and disturbances
   damaged_image,    ///< no saved image, one cut short or changed since it was saved, or one that says what the
                     ///< object cannot be
   foreign_image,    ///< an intact image, of another filter or another format
@@ -158,6 +159,8 @@ enum class Solver : std::uint8_t {
       return "refused: the dynamics left the space of the state";
     case Status::state_unbounded:
       return "refused: a state has no bound yet: give a prior box, or measure it with update() first";
+    case Status::no_feasible_point:
+      return "refused: no trajectory of the model lies within the bounds";
     case Status::damaged_image:
       return "refused: the saved image is damaged";
     case Status::foreign_image:

@@ -125,22 +125,7 @@ class Batch : public Filter<Recorder<List>, D, Scalar_> {
   /// Minimises J. May be called again after more measurements. not_converged: the states are the best
   /// trajectory found; another refusal: they are no answer.
   BatchReport<Scalar> solve() {
-    BatchReport<Scalar> report;
-    report.status = this->status();
-    if (report.status == Status::ok && !options.valid()) report.status = Status::invalid_option;
-    if (report.status != Status::ok) return report;
-    report = start == Start::several ? solve_from_several() : solve_from(start);
-    for (int j = 0; j <= steps(); ++j) {
-      const auto at = end_of(store().node(j).at());
-      store().visit(j, [&](const auto& record) {
-        if (report.status == Status::sensor_not_finite && report.node < 0 &&
-            !all_finite(measurement(record.sensor, coordinates(j), at)))
-          report.node = j;
-        if (usable(report.status) && detail::too_fine(record.sensor, coordinates(j), record.y, at))
-          report.status = Status::accuracy_not_met;
-      });
-    }
-    return report;
+    return solve_by([this] { return minimise(); });
   }
 
   [[nodiscard]] int steps() const { return store().last(); }  ///< nodes 0 … steps()
@@ -179,18 +164,40 @@ class Batch : public Filter<Recorder<List>, D, Scalar_> {
   /// For other engines on the same problem (interval/ceres.hpp, interval/excess_cost.hpp).
   [[nodiscard]] auto& recording() { return store(); }
 
- private:
-  /// Start::filter and Start::prediction are the first two of Start::several.
-  [[nodiscard]] BatchReport<Scalar> solve_from(Start which) {
-    if (which != Start::given) detail::start_at(store(), which == Start::filter ? 0 : 1);
-    return minimise();
-  }
-  [[nodiscard]] BatchReport<Scalar> solve_from_several() {
-    std::array<BatchReport<Scalar>, 2 + 2 * degrees> found;
+ protected:
+  /// solve(), where minimise() lowers J from the nominal. `clip`: of detail::start_at().
+  template <typename Minimise, typename Clip = detail::Nothing>
+  BatchReport<Scalar> solve_by(const Minimise& minimise, const Clip& clip = {}) {
+    BatchReport<Scalar> report;
+    report.status = this->status();
+    if (report.status == Status::ok && !options.valid()) report.status = Status::invalid_option;
+    if (report.status != Status::ok) return report;
     const auto solve_at = [&](int which) {
-      detail::start_at(store(), which);
+      detail::start_at(store(), which, clip);
       return minimise();
     };
+    if (start == Start::several)
+      report = solve_from_several(solve_at);
+    else
+      report = start == Start::given ? minimise() : solve_at(start == Start::filter ? 0 : 1);
+    for (int j = 0; j <= steps(); ++j) {
+      const auto at = end_of(store().node(j).at());
+      store().visit(j, [&](const auto& record) {
+        if (report.status == Status::sensor_not_finite && report.node < 0 &&
+            !all_finite(measurement(record.sensor, coordinates(j), at)))
+          report.node = j;
+        if (usable(report.status) && detail::too_fine(record.sensor, coordinates(j), record.y, at))
+          report.status = Status::accuracy_not_met;
+      });
+    }
+    return report;
+  }
+
+ private:
+  /// Start::filter and Start::prediction are the first two of Start::several.
+  template <typename SolveAt>
+  [[nodiscard]] BatchReport<Scalar> solve_from_several(const SolveAt& solve_at) {
+    std::array<BatchReport<Scalar>, 2 + 2 * degrees> found;
     int best = 0, iterations = 0;
     for (int i = 0; i < 2 + 2 * degrees; ++i) {
       auto& report = found[static_cast<std::size_t>(i)];

@@ -17,6 +17,12 @@
 
 namespace jml {
 
+namespace detail {
+/// A window whose states keep within bounds, and that minimises J itself.
+template <typename Belief>
+concept KeepsWithin = requires(Belief& window, const BatchOptions& how) { window.minimise(how); };
+}  // namespace detail
+
 /// How a window is re-optimised at each step.
 struct LagOptions {
   /// Backward and forward passes at most: the bound on a step's time. Where f and every m are linear, up to
@@ -101,14 +107,13 @@ struct FixedLag {
     return window.reset(given, time);
   }
 
-  /// Adds a node at the prediction.
+  /// Adds a node at the prediction; see advance().
   template <typename Belief, typename At>
   [[nodiscard]] Status predict(Belief& window, const At& at) const {
-    if (!valid()) return Status::invalid_option;
-    window.weigh_by(options.loss);
-    Status status = window.slide(options.loss) ? Status::ok : Status::covariance_lost;
-    if (status == Status::ok) status = window.append(at);
-    if (status != Status::ok) window.take_back();
+    const Status status = advance(window, at);
+    if constexpr (detail::KeepsWithin<Belief>) {
+      if (status == Status::ok) return settle(window);
+    }
     return status;
   }
   template <typename Belief, typename Sample, typename Report>
@@ -119,10 +124,13 @@ struct FixedLag {
   }
   template <typename Belief, typename Sample, typename Report>
   void step(Belief& window, const Sample& sample, Report& report) const {
-    report.status = predict(window, sample.at);
+    report.status = advance(window, sample.at);
     if (report.status != Status::ok) return;
     correct(window, sample, report);
     if (!usable(report.status)) window.take_back();
+    if constexpr (detail::KeepsWithin<Belief>) {
+      if (usable(report.status) && report.gate == Verdict::rejected) report.status = settle(window);
+    }
   }
   template <typename Belief, typename S, typename Y, typename Report>
   void correct_late(Belief& window, const S& sensor, const Y& y, const Lateness& late, Report& report) const {
@@ -147,6 +155,36 @@ struct FixedLag {
   }
 
  private:
+  /// Adds a node at the prediction.
+  template <typename Belief, typename At>
+  [[nodiscard]] Status advance(Belief& window, const At& at) const {
+    if (!valid()) return Status::invalid_option;
+    window.weigh_by(options.loss);
+    Status status = window.slide(options.loss) ? Status::ok : Status::covariance_lost;
+    if (status == Status::ok) status = window.append(at);
+    if (status != Status::ok) window.take_back();
+    return status;
+  }
+  [[nodiscard]] BatchOptions effort() const {
+    return {options.sweeps, options.tolerance, options.loss, options.newton, true};
+  }
+  /// A node that was added without a measurement, where states have bounds; or it is taken back.
+  template <typename Belief>
+  [[nodiscard]] Status settle(Belief& window) const {
+    window.keep();
+    const Status status = window.minimise(effort()).status;
+    if (usable(status)) return status;
+    window.restore();
+    window.take_back();
+    return status;
+  }
+  template <typename Belief>
+  [[nodiscard]] auto minimise(Belief& window) const {
+    if constexpr (detail::KeepsWithin<Belief>)
+      return window.minimise(effort());
+    else
+      return detail::minimise(window, effort(), true, once<Belief>());
+  }
   /// Noise is frozen where it was first met; in charts as long as it moves, for it may enter in any way.
   template <typename Belief>
   static constexpr bool once() {
@@ -215,9 +253,7 @@ struct FixedLag {
         if (report.gate == Verdict::rejected) return;
       }
       if (const Status status = window.add(node, sensor, y); status != Status::ok) return answer(status);
-      const auto found =
-          detail::minimise(window, {options.sweeps, options.tolerance, options.loss, options.newton, true},
-                           true, once<Belief>());
+      const auto found = minimise(window);
       report.status = found.status;
       report.sweeps = found.iterations;
       report.cost = found.cost;

@@ -10,6 +10,7 @@
 #include <jml/interval/belief_in_two.hpp>
 #include <jml/interval/information_in_two.hpp>
 #include <jml/interval/nodes.hpp>
+#include <jml/interval/step_terms.hpp>
 
 namespace jml::detail {
 
@@ -152,7 +153,10 @@ void pass_in_two(Store& store, const Loss& loss, bool infeasible, bool bent, Sca
     }
     const Matrix<Scalar, n, n> A = step_jacobian(store, j);
     Feedback<Scalar, n, q> law;
-    information.pass(A.data(), root.B.data(), b.data(), damping, law.offset.data(), law.gain.data(), sums);
+    static_cast<void>(through_step(store, j, b, law, sums, [&](const auto& B, const auto& nominal) {
+      information.pass(A.data(), B.data(), nominal.data(), damping, law.offset.data(), law.gain.data(), sums);
+      return true;
+    }));
     on_law(j, law);
   }
 }

@@ -53,4 +53,12 @@ JML_INLINE inline void add_record(const Record& record, const Loss& loss, const 
     add_robust_measurement(m_x, record.R, residual, value.slope, bent ? value.bend : Scalar(0), v);
 }
 
+/// ½ ρ(rᵀR⁻¹r) alone.
+template <typename Record, typename Scalar, int n, typename At>
+[[nodiscard]] JML_INLINE inline Scalar record_cost(const Record& record, const Loss& loss,
+                                                   const Vector<Scalar, n>& x, const At& at) {
+  const auto residual = measurement_residual(record.sensor, record.y, measurement(record.sensor, x, at));
+  return loss(record.R.squared_norm(residual)).rho / Scalar(2);
+}
+
 }  // namespace jml::detail

@@ -21,10 +21,11 @@ enum class Start : std::uint8_t {
 namespace detail {
 
 /// Sets the nominal states of `store` by an EKF in factors that begins at x̂_0 + off; a step or measurement
-/// that it refuses is left out.
-template <typename Store>
+/// that it refuses is left out. clip(x): after each correction.
+template <typename Store, typename Clip = Nothing>
 void start_at_filter(Store& store,
-                     const Vector<typename Store::Number, states_of<typename Store::Dynamics>>& off) {
+                     const Vector<typename Store::Number, states_of<typename Store::Dynamics>>& off,
+                     [[maybe_unused]] const Clip& clip = {}) {
   using D = typename Store::Dynamics;
   using Scalar = typename Store::Number;
   constexpr int n = states_of<D>;
@@ -48,6 +49,7 @@ void start_at_filter(Store& store,
         valid = record.freeze(node.x[now], end_of(node.at())) && valid;
     });
     if (valid) static_cast<void>(linearised_correction(store, j, Loss{}, belief));
+    if constexpr (!std::is_same_v<Clip, Nothing>) clip(belief.x);
     kernel::assign(node.x[now], belief.x);
   }
   static_cast<void>(place_charts(store));
@@ -66,15 +68,15 @@ void start_at_prediction(Store& store) {
 }
 
 /// Start number `which` of Start::several: 0 … 2n + 1.
-template <typename Store>
-void start_at(Store& store, int which) {
+template <typename Store, typename Clip = Nothing>
+void start_at(Store& store, int which, const Clip& clip = {}) {
   using Scalar = typename Store::Number;
   constexpr int n = states_of<typename Store::Dynamics>;
   if (which == 1) return start_at_prediction(store);
   Vector<Scalar, n> off = kernel::zeros<Vector<Scalar, n>>();
   if (which > 1)
     off = kernel::column_of(store.prior().L, which / 2 - 1) * Scalar(which % 2 == 0 ? 1.5 : -1.5);
-  start_at_filter(store, off);
+  start_at_filter(store, off, clip);
 }
 
 }  // namespace detail

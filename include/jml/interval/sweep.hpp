@@ -65,11 +65,15 @@ class Sweep {
         kernel::assign(b, node.b[now]);
       }
       if constexpr (curvature == Curvature::full) {
-        if (!pass_dynamics(A, root.B, b, damping, v, node.law, sums))
-          return stop_ = {j, v.information}, false;
+        const auto pass = [&](const auto& B, const auto& nominal)
+                              JML_INLINE { return pass_dynamics(A, B, nominal, damping, v, node.law, sums); };
+        if (!through_step(store_, j, b, node.law, sums, pass)) return stop_ = {j, v.information}, false;
         add_symmetric(v.information, bend);
       } else {
-        valid &= pass_dynamics<true>(A, root.B, b, damping, v, node.law, sums, infeasible);
+        valid &=
+            through_step(store_, j, b, node.law, sums, [&](const auto& B, const auto& nominal) JML_INLINE {
+              return pass_dynamics<true>(A, B, nominal, damping, v, node.law, sums, infeasible);
+            });
       }
     }
     if constexpr (curvature == Curvature::none && NoiseRoot<Scalar, D>::constant)
@@ -121,11 +125,8 @@ class Sweep {
     for (int j = 0;; ++j) {
       auto& node = store_.node(j);
       kernel::assign(node.x[next], x);
-      store_.visit(j, [&](const auto& record) JML_INLINE {
-        const auto residual =
-            measurement_residual(record.sensor, record.y, measurement(record.sensor, x, end_of(node.at())));
-        cost += loss(record.R.squared_norm(residual)).rho / Scalar(2);
-      });
+      store_.visit(
+          j, [&](const auto& record) JML_INLINE { cost += record_cost(record, loss, x, end_of(node.at())); });
       if (j == store_.last()) break;
       auto& following = store_.node(j + 1);
       X off;
@@ -138,6 +139,7 @@ class Sweep {
       kernel::repeat<q>([&](int i) JML_INLINE { moved += (b(i) - nominal(i)) * (b(i) - nominal(i)); });
       kernel::assign(following.b[next], b);
       kernel::repeat<q>([&](int i) JML_INLINE { cost += b(i) * b(i) / Scalar(2); });
+      if constexpr (WeighsDisturbances<Store>) cost += store_.disturbance_term(j + 1, b).cost;
       const auto& root = store_.root(j + 1);
       X f;
       kernel::assign(f, dynamics(store_.dynamics(), x, following.at()));
@@ -180,7 +182,9 @@ class Sweep {
         add_record<Curvature::none, false>(record, loss_, node.x[now], end_of(node.at()), unused, v);
       });
       if (j == 0) break;
-      sum += kernel::squared_norm(node.b[now] + kernel::transposed(store_.root(j).B) * v.slope);
+      Vector<Scalar, q> g = node.b[now] + kernel::transposed(store_.root(j).B) * v.slope;
+      if constexpr (WeighsDisturbances<Store>) g += store_.disturbance_term(j, node.b[now]).slope;
+      sum += kernel::squared_norm(g);
       v.slope = kernel::transposed(step_jacobian(store_, j)) * v.slope;
     }
     auto& prior = store_.prior();
@@ -198,10 +202,12 @@ class Sweep {
       const X x = node.x[now];
       if (!all_finite(x)) return Status::dynamics_not_finite;
       store_.visit(j, [&](const auto& record) {
-        const auto at = end_of(node.at());
-        const bool finite = all_finite(measurement(record.sensor, x, at)) &&
-                            all_finite(measurement_jacobian(record.sensor, x, at));
-        if (!finite) status = Status::sensor_not_finite;
+        if constexpr (requires { record.sensor; }) {
+          const auto at = end_of(node.at());
+          const bool finite = all_finite(measurement(record.sensor, x, at)) &&
+                              all_finite(measurement_jacobian(record.sensor, x, at));
+          if (!finite) status = Status::sensor_not_finite;
+        }
       });
       if (status != Status::ok || j == store_.last()) break;
       const auto at = store_.node(j + 1).at();

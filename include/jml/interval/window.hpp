@@ -87,7 +87,9 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
   }
 
   /// Makes room for a node, sliding if the window is full. False where the arrival cost would be lost.
-  bool slide(const Loss& loss) {
+  /// `leave(j, arrival)`: at node 0 before it moves, and at node 1 after it has.
+  template <typename Leave = Nothing>
+  bool slide(const Loss& loss, [[maybe_unused]] const Leave& leave = {}) {
     saved_.first = first_;
     saved_.last = last_;
     slid_ = last_ == length;
@@ -95,8 +97,11 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
     saved_.prior = prior_;
     saved_.count = node(1).count;
     commit(saved_.arrival, arrival_);
-    if (!linearised_correction(*this, 0, loss, arrival_) || !linearised_step(*this, 1, arrival_) ||
-        !linearised_correction(*this, 1, loss, arrival_)) {
+    if constexpr (!std::is_same_v<Leave, Nothing>) leave(0, arrival_);
+    bool valid = linearised_correction(*this, 0, loss, arrival_) && linearised_step(*this, 1, arrival_);
+    if constexpr (!std::is_same_v<Leave, Nothing>) leave(1, arrival_);
+    valid = valid && linearised_correction(*this, 1, loss, arrival_);
+    if (!valid) {
       commit(arrival_, saved_.arrival);
       slid_ = false;
       return false;
@@ -217,6 +222,8 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
       return node(j).noise;
   }
   [[nodiscard]] auto& prior() { return prior_; }
+  /// The prior, by factors.
+  [[nodiscard]] const FactoredBelief<Scalar, n>& start() const { return arrival_; }
   [[nodiscard]] static constexpr const Terminal<Scalar, n>* terminal() { return nullptr; }
   [[nodiscard]] JML_INLINE int now() const { return now_; }
   /// The copy that is neither the nominal nor kept.

@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// FixedLag and Batch with bounds of states and disturbances.
+#pragma once
+
+#include <jml/interval/batch.hpp>
+#include <jml/interval/fixed_lag.hpp>
+#include <jml/interval/minimise_within.hpp>
+
+namespace jml {
+
+namespace detail {
+
+template <typename Box, typename Scalar, typename D>
+consteval bool require_bounds() {
+  static_assert(Box::states == states_of<D> &&
+                    (Box::disturbances == 0 || Box::disturbances == DynamicsTraits<D>::disturbances),
+                "jml: the bounds are of another size than the model: jml::Bounds<states, disturbances>");
+  static_assert(std::is_same_v<typename Box::Scalar, Scalar>,
+                "jml: the bounds have another scalar than the estimate: jml::Bounds<n, q, float>");
+  return true;
+}
+
+/// The memory of a FixedLag whose states keep within bounds.
+///
+/// A bound of a node that has left the window goes on acting by its multiplier, as a term μᵀx of the arrival
+/// cost: that moves its mean by -P μ and leaves P as it is. On a linear system this is the Lagrangian
+/// relaxation of the bounds that have left: never above the exact arrival cost, and equal to it at the
+/// answer (the condition of Rao, Rawlings and Lee 2001).
+template <int length, int measurements, typename D, typename List, typename Scalar, typename Box>
+class BoundedWindow : public WindowMemory<length, measurements, D, List, Scalar> {
+  static_assert(require_bounds<Box, Scalar, D>());
+  using Base = WindowMemory<length, measurements, D, List, Scalar>;
+  static constexpr int n = states_of<D>, q = Box::disturbances;
+  using View = AugmentedStore<Base, Box>;
+  using All = std::array<NodeMultipliers<Scalar, n, q>, static_cast<std::size_t>(length) + 2>;
+
+ public:
+  explicit BoundedWindow(D dynamics) : Base(std::move(dynamics)) {}
+
+  [[nodiscard]] Vector<Scalar, n> x(int age = 0) const {
+    const int j = this->last() - age;
+    Vector<Scalar, n> out = Base::x(age);
+    for (int i = 0; i < n; ++i) out(i) = at(j).x.held(i, out(i), bounds_.lower(i), bounds_.upper(i));
+    return out;
+  }
+  /// Of the bounds of a state, positive at an upper one: what J would fall by, per unit that it gives way.
+  [[nodiscard]] const Vector<Scalar, n>& multiplier(int age = 0) const {
+    return at(this->last() - age).x.value;
+  }
+  [[nodiscard]] const Box& bounds() const { return bounds_; }
+  void bound_by(const Box& bounds, int most) {
+    bounds_ = bounds;
+    most_ = most;
+  }
+
+  template <typename Given>
+  Status reset(const Given& given, double time) {
+    all_ = {};
+    return Base::reset(given, time);
+  }
+  bool slide(const Loss& loss) {
+    slid_ = all_;
+    const bool full = this->depth() == length;
+    const auto leave = [this](int j, FactoredBelief<Scalar, n>& arrival) {
+      if (j == 0)
+        shift(arrival);
+      else if constexpr (q > 0)
+        arrival.x -= this->root(1).B * (kernel::transposed(at(1).root) * at(1).w.value);
+    };
+    if (!Base::slide(loss, leave)) return false;
+    for (int j = 0; full && j < length; ++j) at(j) = at(j + 1);
+    return true;
+  }
+  template <typename At>
+  Status append(const At& step) {
+    const Status status = Base::append(step);
+    enter(this->last());
+    return status;
+  }
+  void take_back() {
+    all_ = slid_;
+    Base::take_back();
+  }
+  void keep() {
+    kept_ = all_;
+    Base::keep();
+  }
+  void restore() {
+    all_ = kept_;
+    Base::restore();
+  }
+  void insert(int j, double ahead) {
+    Base::insert(j, ahead);
+    for (int k = this->last(); k > j + 1; --k) at(k) = at(k - 1);
+    enter(j + 1);
+    if constexpr (q > 0) {
+      const auto x_multipliers = at(j + 2).x;
+      enter(j + 2);
+      at(j + 2).x = x_multipliers;
+    }
+  }
+  [[nodiscard]] BatchReport<Scalar> minimise(const BatchOptions& how) {
+    View view(*this, bounds_, all_.data());
+    return minimise_within(view, how, true, true, std::max(most_, how.max_iterations));
+  }
+
+ private:
+  [[nodiscard]] auto& at(int j) { return all_[static_cast<std::size_t>(j)]; }
+  [[nodiscard]] const auto& at(int j) const { return all_[static_cast<std::size_t>(j)]; }
+
+  /// A node, and the step to it, at which no bound acts.
+  void enter(int j) {
+    at(j) = {};
+    View(*this, bounds_, all_.data()).take_root(j);
+  }
+  /// x - P μ of node 0; not along what nothing is known of.
+  void shift(FactoredBelief<Scalar, n>& arrival) const {
+    const Vector<Scalar, n>& mu = at(0).x.value;
+    Vector<Scalar, n> x = arrival.x;
+    for (int k = 0; k < n; ++k) {
+      Scalar along = mu(k);
+      for (int i = 0; i < k; ++i) along += arrival.U(i, k) * mu(i);
+      if (std::isinf(arrival.D(k)) || !(arrival.D(k) > Scalar(0))) continue;
+      for (int i = 0; i < k; ++i) x(i) -= arrival.U(i, k) * arrival.D(k) * along;
+      x(k) -= arrival.D(k) * along;
+    }
+    arrival.x = x;
+  }
+
+  Box bounds_{};
+  int most_ = 0;
+  All all_{}, slid_{}, kept_{};
+};
+
+}  // namespace detail
+
+/// A method whose states and disturbances keep within bounds.
+///
+///     jml::Bounds<2> bounds;
+///     bounds.lower << 0, -jml::Bounds<2>::infinite;
+///     jml::Filter tank{jml::Bounded{jml::FixedLag<20>{}, bounds}, Tank{}, jml::sensors<Level>, estimate};
+template <typename Method, typename Box>
+struct Bounded {
+  static_assert(!sizeof(Method*), "jml: Bounded{…} takes a FixedLag; for a batch there is BoundedBatch");
+};
+template <typename Method, typename Box>
+Bounded(Method, Box) -> Bounded<Method, Box>;
+
+/// FixedLag within bounds: x(age) of every node of the window is exactly within them, and J is least among
+/// the trajectories that are. Where no bound acts it is FixedLag, sweep by sweep; where one does, it sweeps
+/// to its tolerance, `most` times at most (accepted_at_limit: and was within 1e-3 deviations of it). P is
+/// that of the problem without bounds: bounds that hold make the true one smaller, not larger (Brascamp and
+/// Lieb 1976). invalid_option: bounds that are none. no_feasible_point: no trajectory of the model in the
+/// window is within them; the filter is as before.
+template <int length, int measurements, typename List, typename Box>
+struct Bounded<FixedLag<length, measurements, List>, Box> : FixedLag<length, measurements, List> {
+  using Base = FixedLag<length, measurements, List>;
+  static constexpr bool optimal_on_linear = false;
+  template <typename Sensors>
+  using With = Bounded<FixedLag<length, measurements, Sensors>, Box>;
+  template <typename Scalar, typename D>
+  using Belief = detail::BoundedWindow<length, measurements, D, List, Scalar, Box>;
+
+  Bounded(const Base& of, const Box& by) : Base(of), bounds(by) {}
+  template <typename Other>
+  explicit Bounded(const Bounded<FixedLag<length, measurements, Other>, Box>& other)
+      : Base(static_cast<const FixedLag<length, measurements, Other>&>(other)),
+        bounds(other.bounds),
+        most(other.most) {}
+
+  Box bounds;      ///< of all nodes of the window; may be changed between two steps
+  int most = 100;  ///< backward passes of a step where a bound acts; their usual number: 4 to 20
+
+  template <typename D>
+  static consteval bool accepts() {
+    static_assert(!detail::runs_locally<Bounded, D>(),
+                  "jml: bounds are of states in ℝⁿ with additive disturbances");
+    return detail::require_bounds<Box, typename Box::Scalar, D>() && Base::template accepts<D>();
+  }
+  template <typename Belief, typename Given>
+  [[nodiscard]] Status start(Belief& window, const Given& given, double time) const {
+    window.bound_by(bounds.valid() ? bounds : Box{}, most);
+    return Base::start(window, given, time);
+  }
+  template <typename Belief, typename At>
+  [[nodiscard]] Status predict(Belief& window, const At& at) const {
+    return with_bounds(window, [&] { return Base::predict(window, at); });
+  }
+  template <typename Belief, typename Sample, typename Report>
+  void correct(Belief& window, const Sample& sample, Report& report) const {
+    report.status = with_bounds(window, [&] { return Base::correct(window, sample, report), report.status; });
+  }
+  template <typename Belief, typename Sample, typename Report>
+  void step(Belief& window, const Sample& sample, Report& report) const {
+    report.status = with_bounds(window, [&] { return Base::step(window, sample, report), report.status; });
+  }
+  template <typename Belief, typename S, typename Y, typename Report>
+  void correct_late(Belief& window, const S& sensor, const Y& y, const Lateness& late, Report& report) const {
+    report.status = with_bounds(
+        window, [&] { return Base::correct_late(window, sensor, y, late, report), report.status; });
+  }
+
+ private:
+  /// The bounds of before come back with everything else where verb() refuses.
+  template <typename Belief, typename Verb>
+  [[nodiscard]] Status with_bounds(Belief& window, const Verb& verb) const {
+    if (!bounds.valid() || most < 1) return Status::invalid_option;
+    const Box before = window.bounds();
+    window.bound_by(bounds, most);
+    const Status status = verb();
+    if (!usable(status)) window.bound_by(before, most);
+    return status;
+  }
+};
+
+/// Batch within bounds: after solve() every x(k) is exactly within them, every w(k) too, and J is least among
+/// the trajectories that are. P(k) is that of the problem without bounds, see Bounded. invalid_option: bounds
+/// that are none. no_feasible_point: no trajectory of the model is within them.
+///
+///     jml::BoundedBatch batch{Tank{}, jml::sensors<Level>, estimate, {.steps = 1000}, bounds};
+template <typename D, typename List, typename Box, typename Scalar_ = double>
+class BoundedBatch : public Batch<D, List, Scalar_> {
+  using Base = Batch<D, List, Scalar_>;
+  static constexpr int n = Base::states, q = Base::disturbances, bounded = Box::disturbances;
+  using Multipliers = detail::NodeMultipliers<Scalar_, n, bounded>;
+  static_assert(!detail::runs_locally<Recorder<List>, D>(),
+                "jml: bounds are of states in ℝⁿ with additive disturbances");
+  static_assert(detail::require_bounds<Box, Scalar_, D>());
+
+ public:
+  using Scalar = Scalar_;
+
+  BoundedBatch(D dynamics, List list, const Estimate<Scalar, n>& prior, Capacity capacity, const Box& by,
+               double time = 0)
+      : Base(std::move(dynamics), list, prior, capacity, time), bounds(by) {
+    const bool sensible = capacity.steps >= 0 && capacity.steps <= detail::most_nodes;
+    if (sensible && detail::has_room(sizeof(Multipliers) * (capacity.steps + 1.0)))
+      all_.resize(static_cast<std::size_t>(capacity.steps) + 1);
+  }
+
+  Box bounds;      ///< of all nodes
+  int most = 500;  ///< backward passes where a bound acts, in place of options.max_iterations
+
+  BatchReport<Scalar> solve() {
+    BatchReport<Scalar> report;
+    report.status = this->status();
+    if (report.status == Status::ok && (!bounds.valid() || most < 1)) report.status = Status::invalid_option;
+    if (report.status == Status::ok && all_.empty()) report.status = Status::memory_full;
+    if (report.status != Status::ok) return report;
+    const auto solve_it = [this] {
+      return this->solve_by([this] { return minimise(); },
+                            [this](Vector<Scalar, n>& state) { detail::clip(bounds, state); });
+    };
+    report = solve_it();
+    if (this->start != Start::filter || usable(report.status)) return report;
+    const int before = report.iterations;
+    this->start = Start::prediction;
+    report = solve_it();
+    this->start = Start::filter;
+    report.iterations += before;
+    return report;
+  }
+
+  [[nodiscard]] Vector<Scalar, n> x(int node) const {
+    Vector<Scalar, n> out = Base::x(node);
+    if (all_.empty()) return out;
+    for (int i = 0; i < n; ++i) out(i) = at(node).x.held(i, out(i), bounds.lower(i), bounds.upper(i));
+    return out;
+  }
+  [[nodiscard]] Vector<Scalar, n> x() const { return x(this->steps()); }
+  [[nodiscard]] Vector<Scalar, q> w(int node) const {
+    Vector<Scalar, q> out = Base::w(node);
+    for (int i = 0; i < bounded; ++i)
+      out(i) = at(node + 1).w.held(i, out(i), bounds.w_lower(i), bounds.w_upper(i));
+    return out;
+  }
+  /// Of the bounds of a node's state, positive at an upper one: what J would fall by, per unit that it gives
+  /// way; and of the step after the node.
+  [[nodiscard]] const Vector<Scalar, n>& multiplier(int node) const { return at(node).x.value; }
+  [[nodiscard]] const Vector<Scalar, bounded>& w_multiplier(int node) const { return at(node + 1).w.value; }
+
+ private:
+  [[nodiscard]] auto& at(int j) { return all_[static_cast<std::size_t>(j)]; }
+  [[nodiscard]] const auto& at(int j) const { return all_[static_cast<std::size_t>(j)]; }
+
+  [[nodiscard]] BatchReport<Scalar> minimise() {
+    auto& store = this->recording();
+    using Inside = std::remove_cvref_t<decltype(store)>;
+    for (int j = 0; j <= store.last(); ++j) at(j) = {};
+    detail::AugmentedStore<Inside, Box> view(store, bounds, all_.data());
+    return detail::minimise_within(view, this->options, false, false, most);
+  }
+
+  std::vector<Multipliers> all_;
+};
+
+template <typename D, typename... S, typename Scalar, int n, int m, typename Box>
+BoundedBatch(D, Sensors<S...>, const Estimate<Scalar, n, m>&, Capacity, const Box&, double = 0)
+    -> BoundedBatch<D, Sensors<S...>, Box, Scalar>;
+
+}  // namespace jml
