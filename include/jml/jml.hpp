@@ -24,6 +24,7 @@
 #include <jml/filter/way_out.hpp>
 #include <jml/interval/batch.hpp>
 #include <jml/interval/bounded.hpp>
+#include <jml/interval/bounded_batch.hpp>
 #include <jml/interval/criterion.hpp>
 #include <jml/interval/excess_cost.hpp>
 #include <jml/interval/fixed_lag.hpp>

@@ -12,7 +12,7 @@
 #include <Eigen/Cholesky>
 #include <array>
 #include <jml/campaign/noise.hpp>
-#include <jml/interval/bounded.hpp>
+#include <jml/interval/bounded_batch.hpp>
 #include <vector>
 
 #include "models/van_der_pol.hpp"

@@ -45,6 +45,24 @@ TEST(StopAndGoOn, FactoredFixedLag) {
       push_seen);
 }
 
+TEST(StopAndGoOn, BoundedFixedLag) {
+  jml::Bounds<2> bounds;
+  bounds.lower << -0.2, -0.3;
+  bounds.upper << 0.3, 0.4;
+  int held = 0;
+  stop_and_go_on(
+      "bounded fixed lag",
+      [&] {
+        return jml::Filter{jml::Bounded{jml::FixedLag<5, 3>{}, bounds}, Pushed{},
+                           jml::sensors<jml::Part<Seen>>, pushed_start(), 2.0};
+      },
+      [&](auto& filter, std::uint64_t seed, int k, Trace& trace) {
+        push_seen(filter, seed, k, trace);
+        held += filter.belief().multiplier()(0) != 0 || filter.belief().multiplier()(1) != 0;
+      });
+  EXPECT_GT(held, 100) << "no bound acted";
+}
+
 TEST(StopAndGoOn, DamagedWindowsAreRefused) {
   jml::Filter filter{jml::FixedLag<5, 3>{}, Pushed{}, jml::sensors<jml::Part<Seen>>, pushed_start(), 2.0};
   const auto fresh = filter;

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <jml/campaign/noise.hpp>
-#include <jml/interval/bounded.hpp>
+#include <jml/interval/bounded_batch.hpp>
 
 #include "heap_trap.hpp"
 

@@ -3,7 +3,7 @@
 // was; and that x keeps within them whatever happens.
 #include <gtest/gtest.h>
 
-#include <jml/interval/bounded.hpp>
+#include <jml/interval/bounded_batch.hpp>
 
 #include "models/van_der_pol.hpp"
 

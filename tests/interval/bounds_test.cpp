@@ -3,7 +3,7 @@
 // line with the library.
 #include <gtest/gtest.h>
 
-#include <jml/interval/bounded.hpp>
+#include <jml/interval/bounded_batch.hpp>
 #include <vector>
 
 #include "interval/dense_quadratic_programme.hpp"

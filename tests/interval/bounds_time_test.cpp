@@ -3,7 +3,7 @@
 // it finds in the order of time; and a start of which nothing is known, which takes twice the digits.
 #include <gtest/gtest.h>
 
-#include <jml/interval/bounded.hpp>
+#include <jml/interval/bounded_batch.hpp>
 
 #include "interval/dense_quadratic_programme.hpp"
 #include "models/linear.hpp"
