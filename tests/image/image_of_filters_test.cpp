@@ -36,6 +36,16 @@ struct Height {
 };
 const jml::Estimate<double, 2> start{{1, 0.5}, jml::Matrix<double, 2, 2>::Identity()};
 
+// A compiler spells a default argument out or leaves it away, as it was written where it met the type first.
+TEST(ImageOfAFilter, ItsNameIsTheSameOfEveryCompiler) {
+  using Lag = jml::FixedLag<4, 1, jml::Sensors<Height>>;
+  using Point = jml::Sddre<jml::AboutPoint<double, 2>>;
+  EXPECT_EQ((jml::detail::name_of<jml::Filter<Lag, Fall, double>>()), 0x9AD6D4C7BE7C51A6U);
+  EXPECT_EQ((jml::detail::name_of<jml::Filter<jml::Factored<jml::Continuous<jml::Ekf<>>>, Fall, float>>()),
+            0xACB11822D2EDAC3DU);
+  EXPECT_EQ((jml::detail::name_of<jml::Filter<Point, Fall>>()), 0xE8F9962FEF16D3DU);
+}
+
 // Whatever has the same numbers in the same order, and is something else.
 TEST(ImageOfAFilter, OfAnotherFilterIsForeign) {
   const jml::Filter ekf{jml::Ekf{}, Fall{}, start};
@@ -49,6 +59,8 @@ TEST(ImageOfAFilter, OfAnotherFilterIsForeign) {
   jml::Filter lag{jml::FixedLag<3>{}, Fall{}, jml::sensors<Height>, start};
   EXPECT_EQ(jml::restore(image, sddre), Status::foreign_image);
   EXPECT_EQ(jml::restore(image, another), Status::foreign_image);
+  jml::Filter at_prediction{jml::Ekf<jml::EvaluatedAt::prediction>{}, Fall{}, start};
+  EXPECT_EQ(jml::restore(image, at_prediction), Status::foreign_image);
   EXPECT_EQ(jml::restore(image, jml_rule), Status::foreign_image);
   EXPECT_EQ(jml::restore(image, single), Status::foreign_image);
   EXPECT_EQ(jml::restore(image, lag), Status::foreign_image);
