@@ -101,4 +101,31 @@ TEST(ImageOfAFilter, AStartThatWasRefusedStaysRefused) {
   EXPECT_EQ(other.status(), Status::invalid_covariance);
 }
 
+struct Tuned {
+  static constexpr int states = 2;
+  jml::Matrix<double, 2, 2> Q = jml::Matrix<double, 2, 2>::Identity();
+  template <typename T>
+  Vector<T, 2> dynamics(const Vector<T, 2>& x) const {
+    return {x(0) + x(1), x(1)};
+  }
+  jml::Matrix<double, 2, 2> disturbance_covariance() const { return Q; }
+};
+
+// The model is the program's own: an image does not bring another one, nor excuse one that is none.
+TEST(ImageOfAFilter, TheModelIsTheProgramsOwn) {
+  jml::Filter filter{jml::Ekf{}, Tuned{}, start}, other{jml::Ekf{}, Tuned{2 * Tuned{}.Q}, start},
+      without{jml::Ekf{}, Tuned{-Tuned{}.Q}, start};
+  ASSERT_TRUE(jml::usable(filter.predict()));
+  jml::ImageOf<decltype(filter)> image;
+  ASSERT_EQ(jml::save(image, filter), Status::ok);
+  ASSERT_EQ(jml::restore(image, other), Status::ok);
+  const double before = other.P()(1, 1);
+  EXPECT_EQ(before, filter.P()(1, 1));
+  ASSERT_TRUE(jml::usable(other.predict()));
+  EXPECT_EQ(other.P()(1, 1), before + 2);
+  ASSERT_EQ(jml::restore(image, without), Status::ok);
+  EXPECT_EQ(without.status(), Status::invalid_disturbance_covariance);
+  EXPECT_EQ(without.predict(), Status::invalid_disturbance_covariance);
+}
+
 }  // namespace
