@@ -12,10 +12,14 @@ bool same_bits(double a, double b) {
   return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
 }
 
+/// `checksum`: of the image of the filter as it starts, on the host: every byte of it is the same here, so
+/// that what one of them saves the other restores.
 template <typename Filter>
-bool run_restored(Filter filter, const double (&y)[steps], Table& table) {
+bool run_restored(Filter filter, std::uint64_t checksum, const double (&y)[steps], Table& table) {
   Filter first = filter, second = filter;
   jml::ImageOf<Filter> image;
+  if (jml::save(image, filter) != jml::Status::ok) return false;
+  if (jml::detail::get_bytes(image.data() + image.size() - 8) != checksum) return false;
   int i = 0;
   bool same = true;
   const bool usable = keep(
@@ -24,7 +28,7 @@ bool run_restored(Filter filter, const double (&y)[steps], Table& table) {
         const models::SaturatingPosition sensor;
         Filter& restored = i / 20 % 2 == 0 ? first : second;
         if (i % 20 == 0) {
-          // The first saving damaged, so that it is refused here too.
+          // Damaged at first, and refused here too.
           same = same && jml::save(image, filter) == jml::Status::ok;
           image[40] ^= std::byte{1};
           same = same && jml::restore(image, restored) == jml::Status::damaged_image;
@@ -40,20 +44,17 @@ bool run_restored(Filter filter, const double (&y)[steps], Table& table) {
       [&] { return filter.P(); });
   return usable && same;
 }
-using Ekf = jml::Filter<jml::Ekf<>, models::VanDerPol>;
-// What the host saves is what the target restores.
-static_assert(jml::detail::layout_of_all<Ekf>().shape == 0x3902C5935B99156D,
-              "the fingerprint differs from compiler to compiler");
 
 }  // namespace
 
 bool restored_ekf(const double (&y)[steps], Table& table) {
-  return run_restored(Ekf{jml::Ekf{}, models::VanDerPol{}, start<double>()}, y, table);
+  return run_restored(jml::Filter{jml::Ekf{}, models::VanDerPol{}, start<double>()}, 0xF66141EED3AC685C, y,
+                      table);
 }
 bool restored_lag(const double (&y)[steps], Table& table) {
   return run_restored(jml::Filter{jml::FixedLag<4>{}, models::VanDerPol{},
                                   jml::sensors<models::SaturatingPosition>, start<double>()},
-                      y, table);
+                      0x6BAE006CC7FD7716, y, table);
 }
 
 }  // namespace bare_metal

@@ -7,8 +7,6 @@
 #include <jml/jml.hpp>
 #include <string_view>
 
-#include "heap_trap.hpp"
-
 namespace {
 
 using jml::Status, jml::Vector;
@@ -65,10 +63,33 @@ TEST(Image, BytesAsWrittenByHand) {
 // The same of GCC and Clang, and so of a Cortex-M7: an image of the target is read on the desk. (Of what else
 // it is nothing is asked; these numbers change with the format.)
 TEST(Image, FingerprintIsTheSameOfEveryCompiler) {
-  EXPECT_EQ(jml::detail::layout_of_all<Small>().shape, 0xDF8863262BAA352FU);
+  EXPECT_EQ(jml::detail::layout_of_all<Small>().shape, 0x9A360CF545CFF5D2U);
   EXPECT_EQ((jml::detail::name_of<jml::OnePass<jml::Sddre<jml::AboutPoint<double, 2>>>>()),
-            0x133732E896E5D05U);
+            0x13B4FFE3D075C46DU);
 }
+
+// Of one name and as many bytes, and yet not the same.
+namespace a {
+struct Table {
+  std::array<std::array<double, 2>, 3> rows;
+};
+}  // namespace a
+namespace b {
+struct Table {
+  std::array<std::array<double, 3>, 2> rows;
+};
+}  // namespace b
+namespace c {
+struct Table {
+  std::array<std::array<std::int64_t, 3>, 2> rows;
+};
+}  // namespace c
+template <typename T>
+constexpr std::uint64_t print = jml::detail::layout_of_all<T>().shape;
+static_assert(jml::saved_size<a::Table>() == jml::saved_size<b::Table>());
+static_assert(print<a::Table> != print<b::Table> && print<b::Table> != print<c::Table>);
+static_assert(print<Vector<double, 6>> != print<jml::Matrix<double, 2, 3>>);
+static_assert(print<jml::Matrix<double, 3, 2>> != print<jml::Matrix<double, 2, 3>>);
 
 struct Inner {
   Vector<double, 3> v{1, 2, 3};
@@ -205,80 +226,6 @@ TEST(Image, ForgedIndicesAreRefused) {
     seal(bytes);
     EXPECT_EQ(jml::restore(bytes, b), Status::damaged_image) << at;
   }
-}
-
-struct Fall {
-  static constexpr int states = 2;
-  template <typename T>
-  Vector<T, 2> dynamics(const Vector<T, 2>& x) const {
-    return {x(0) + x(1), x(1)};
-  }
-  jml::Matrix<double, 2, 2> disturbance_covariance() const {
-    return 0.1 * jml::Matrix<double, 2, 2>::Identity();
-  }
-};
-struct OtherFall : Fall {};
-struct Height {
-  static constexpr int measurements = 1;
-  template <typename T>
-  Vector<T, 1> measurement(const Vector<T, 2>& x) const {
-    return Vector<T, 1>(x(0));
-  }
-  jml::Matrix<double, 1, 1> noise_covariance() const { return jml::Matrix<double, 1, 1>(0.01); }
-};
-const jml::Estimate<double, 2> start{{1, 0.5}, jml::Matrix<double, 2, 2>::Identity()};
-
-// Whatever has the same numbers in the same order, and is something else.
-TEST(Image, OfAnotherFilterIsForeign) {
-  const jml::Filter ekf{jml::Ekf{}, Fall{}, start};
-  jml::ImageOf<decltype(ekf)> image;
-  ASSERT_EQ(jml::save(image, ekf), Status::ok);
-  jml::Filter sddre{jml::Sddre{}, Fall{}, start};
-  jml::Filter another{jml::Ekf{}, OtherFall{}, start};
-  jml::Filter jml_rule{jml::Jml{}, Fall{}, start};
-  jml::Filter single{jml::Ekf{}, Fall{},
-                     jml::Estimate<float, 2>{{1, 0.5}, jml::Matrix<float, 2, 2>::Identity()}};
-  jml::Filter lag{jml::FixedLag<3>{}, Fall{}, jml::sensors<Height>, start};
-  EXPECT_EQ(jml::restore(image, sddre), Status::foreign_image);
-  EXPECT_EQ(jml::restore(image, another), Status::foreign_image);
-  EXPECT_EQ(jml::restore(image, jml_rule), Status::foreign_image);
-  EXPECT_EQ(jml::restore(image, single), Status::foreign_image);
-  EXPECT_EQ(jml::restore(image, lag), Status::foreign_image);
-  Small beside{};
-  jml::Filter same = ekf;
-  EXPECT_EQ(jml::restore(image, same, beside), Status::foreign_image);
-  EXPECT_EQ(jml::restore(image, same), Status::ok);
-}
-
-// A filter and a policy's counters in one image, without the heap.
-TEST(Image, AFilterAndWhatStandsBesideIt) {
-  jml::Filter filter{jml::FixedLag<3>{}, Fall{}, jml::sensors<Height>, start}, other = filter;
-  Small counters{3, true, 0.5, Mode::on}, others{};
-  for (int k = 0; k < 6; ++k) ASSERT_TRUE(jml::usable(filter.step(Height{}, 1.0 + 0.5 * k).status));
-  std::array<std::byte, jml::saved_size(filter, counters)> image;
-  static_assert(sizeof(image) == sizeof(jml::ImageOf<decltype(filter), Small>));
-  Status saved, restored;
-  {
-    heap_trap::Armed trap;
-    saved = jml::save(image, filter, counters);
-    restored = jml::restore(image, other, others);
-  }
-  EXPECT_EQ(heap_trap::allocations, 0);
-  EXPECT_EQ(saved, Status::ok);
-  EXPECT_EQ(restored, Status::ok);
-  EXPECT_TRUE(others == counters);
-  EXPECT_EQ(other.x(), filter.x());
-}
-
-// A filter whose start was refused carries that, and the model of this program its own.
-TEST(Image, AStartThatWasRefusedStaysRefused) {
-  jml::Filter filter{jml::Ekf{}, Fall{},
-                     jml::Estimate<double, 2>{{1, 0.5}, -jml::Matrix<double, 2, 2>::Identity()}};
-  jml::Filter other{jml::Ekf{}, Fall{}, start};
-  jml::ImageOf<decltype(filter)> image;
-  ASSERT_EQ(jml::save(image, filter), Status::ok);
-  ASSERT_EQ(jml::restore(image, other), Status::ok);
-  EXPECT_EQ(other.status(), Status::invalid_covariance);
 }
 
 TEST(Image, EveryStatusHasWords) {

@@ -15,7 +15,8 @@
 ///
 /// Bytes: "jmlsave", format version, fingerprint, length of what follows, the parts in their order, CRC-64 of
 /// it all. Numbers are little-endian on every machine, so an image of a Cortex-M7 is read on the desk. The
-/// fingerprint is of sizes, scalars and order of all parts, and of the names of method and model.
+/// fingerprint is of sizes, scalars and order of all parts, and of the names of method and model without
+/// their namespaces.
 ///
 /// CVODE keeps a history of its own, which no image holds: a restored filter starts it afresh. Restored from
 /// its own image where it is saved, a flying filter does so too, and both go on bit by bit alike.

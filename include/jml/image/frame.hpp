@@ -5,7 +5,7 @@
 #pragma once
 
 #include <jml/image/crc64.hpp>
-#include <jml/image/layout.hpp>
+#include <jml/image/name.hpp>
 #include <jml/status.hpp>
 
 namespace jml::detail {

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <jml/image/known.hpp>
-#include <string_view>
 
 namespace jml::detail {
 
@@ -109,39 +108,6 @@ struct LayoutOf<PartSeries<count, Get>> {
 template <typename Part>
 consteval Layout layout_of() {
   return LayoutOf<std::remove_reference_t<Part>>::get();
-}
-
-/// As the compiler spells T.
-template <typename T>
-consteval const char* spelling() {
-  return __PRETTY_FUNCTION__;
-}
-/// The words and numbers in the name of T, without namespaces and functions that it is in: GCC and Clang
-/// agree about these.
-template <typename T>
-consteval std::uint64_t name_of() {
-  const char* at = spelling<T>();
-  while (!(at[0] == 'T' && at[1] == ' ' && at[2] == '=')) ++at;
-  at += 3;
-  std::uint64_t all = 106;
-  const auto letter = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
-  };
-  while (*at != '\0' && *at != ';') {
-    std::uint64_t word = 0;
-    const char* const begin = at;
-    for (; letter(*at); ++at) word = mixed(word, std::uint64_t(*at));
-    if (at == begin) {
-      ++at;
-      continue;
-    }
-    const char* after = at;
-    while (*after == '}' || *after == ')' || *after == '(') ++after;
-    const bool surrounds = after[0] == ':' && after[1] == ':';
-    const std::string_view text(begin, std::size_t(at - begin));
-    if (!surrounds && text != "anonymous" && text != "int") all = mixed(all, word);
-  }
-  return all;
 }
 
 }  // namespace jml::detail
