@@ -191,6 +191,39 @@ TEST(Bounds, ThatContradictAPriorOfRankOneAreRefused) {  // x_0 = x_1 whatever t
   EXPECT_NEAR(batch.x(3)(0), 0.9, 1e-8);
 }
 
+TEST(Bounds, RefusalsLeaveThemAsTheyAct) {
+  jml::Filter lag{jml::Bounded{jml::FixedLag<4, 2>{}, up_to<1, 0>(2.5)}, Drift{0.1}, jml::sensors<Place>,
+                  at(0, 0.1)};
+  const auto expect_as_before = [](const auto& after, const auto& before) {
+    ASSERT_EQ(after.depth(), before.depth());
+    for (int age = 0; age <= before.depth(); ++age) {
+      EXPECT_EQ(after.x(age), before.x(age));
+      EXPECT_EQ(after.belief().multiplier(age), before.belief().multiplier(age));
+    }
+  };
+  int refusals = 0;
+  for (int k = 0; k < 12; ++k) {
+    const auto before = lag;
+    EXPECT_EQ(lag.step(Place{}, nan).status, Status::invalid_measurement);
+    expect_as_before(lag, before);
+    lag.method().most = 1;  // two passes do not find what a measurement so far away asks for
+    const bool refused = lag.update(Place{}, k % 2 == 0 ? -100.0 : 100.0).status == Status::not_converged;
+    refusals += refused;
+    if (refused) expect_as_before(lag, before);
+    lag = before;
+    auto untried = before;
+    (void)lag.step(Place{}, nan);
+    const auto report = lag.step(Place{}, 2.4 + 0.2 * (k % 3)),
+               expected = untried.step(Place{}, 2.4 + 0.2 * (k % 3));
+    ASSERT_TRUE(usable(report.status));
+    EXPECT_EQ(report.cost, expected.cost);
+    EXPECT_EQ(report.sweeps, expected.sweeps);
+    expect_as_before(lag, untried);
+  }
+  EXPECT_GT(refusals, 8);
+  EXPECT_GT(lag.belief().multiplier(1)(0), 0.1);
+}
+
 TEST(Bounds, AGateThatRejectsLeavesAnAnswerWithinThem) {
   jml::Filter lag{jml::Bounded{jml::FixedLag<4>{}, up_to<1, 0>(2.5)}, Drift{0.1}, jml::sensors<Place>,
                   at(0, 0.1)};

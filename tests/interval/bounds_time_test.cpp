@@ -38,6 +38,21 @@ bool holds(const X& x) {
   return (x.array() >= box.lower.array()).all() && (x.array() <= box.upper.array()).all();
 }
 
+/// Every w of the window, to the tolerance.
+template <typename Window>
+bool disturbances_hold(const Window& window) {
+  bool held = true;
+  const auto now = static_cast<std::size_t>(window.now());
+  for (int j = 1; j <= window.last(); ++j) {
+    Square L;
+    held &= jml::detail::NoiseRoot<double, ConstantVelocity>::root_of_covariance(
+        window.dynamics(), window.node(j - 1).x[now], window.node(j).at(), L);
+    const X w = L * window.node(j).b[now];
+    for (int i = 0; i < 4; ++i) held &= w(i) >= box.w_lower(i) - 1e-7 && w(i) <= box.w_upper(i) + 1e-7;
+  }
+  return held;
+}
+
 TEST(BoundsInTime, BetweenTwoNodesALateMeasurementIsWorthWhatItIsInOrder) {
   const jml::Estimate<double, 4> start{X::Zero(), Square::Identity()};
   const auto make = [&] {
@@ -70,6 +85,7 @@ TEST(BoundsInTime, BetweenTwoNodesALateMeasurementIsWorthWhatItIsInOrder) {
       ASSERT_TRUE(usable(lag.step(sensor, place(t), 0.125).status));
       ASSERT_TRUE(usable(ordered.step(sensor, place(t), 0.125).status));
       EXPECT_LT((lag.x() - ordered.x()).norm(), 1e-7);
+      EXPECT_TRUE(disturbances_hold(lag.belief()));
     }
   }
   EXPECT_GT(acting, 30);
