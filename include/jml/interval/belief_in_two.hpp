@@ -74,17 +74,16 @@ template <typename Scalar, int n>
   return held ? belief.P() : kernel::filled<Matrix<Scalar, n, n>>(std::numeric_limits<Scalar>::quiet_NaN());
 }
 
-/// `belief` given later data too: rows of InformationInTwo::store(), innovations at the belief's x (null:
-/// none, and x stays). False where the digits do not suffice.
+/// `belief` given later data too: rows of InformationInTwo::store(); x stays. False where the digits do not
+/// suffice.
 template <typename Scalar, int n>
 [[nodiscard]] JML_NOINLINE bool condition_in_two(const Matrix<Scalar, n, n>& later,
-                                                 const Vector<Scalar, n>* innovations,
                                                  FactoredBelief<Scalar, n>& belief) {
   RecordRows<Scalar, n, n> rows;
   for (int k = 0; k < n; ++k) {
     for (int i = 0; i < n; ++i) rows.H(i, k) = i < k ? later(i, k) : Scalar(i == k);
     rows.r(k) = Scalar(1) / later(k, k);
-    rows.e(k) = innovations != nullptr ? (*innovations)(k) : Scalar(0);
+    rows.e(k) = Scalar(0);
   }
   return rows_in_two(rows, belief.x, belief);
 }
