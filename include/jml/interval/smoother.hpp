@@ -253,8 +253,8 @@ class Smoother : public Filter<Remembering<M>, D, Scalar> {
 
   /// Smooths all nodes with all measurements so far; more may follow, and another smooth(). covariance_lost:
   /// at some nodes P is NaN, as no matrix of Scalar holds it to 1e-3 in every direction; x is right there.
-  /// accuracy_not_met: a measurement of a linear m was finer than the digits of x; all nodes are the
-  /// filter's. Where x is no answer either, node and P are the filter's.
+  /// accuracy_not_met: a measurement of a linear m was finer than the digits of an x that had been rounded;
+  /// all nodes are the filter's. Where x is no answer either, node and P are the filter's.
   [[nodiscard]] Status smooth() {
     return this->status() == Status::ok ? this->mutable_belief().smooth() : this->status();
   }
