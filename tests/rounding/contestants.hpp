@@ -180,6 +180,18 @@ class Judge {
   bool showed_smoothed(const Shown& what, int stage, int until) {
     return showed(flight_.smoothed_errors(what, stage, until, bounds_));
   }
+  /// The same of a trajectory of doubles, of whose states, `nodes`, each follows from the one before: x is as right
+  /// as the largest of them is.
+  bool showed(const Shown& what, int stage, const std::vector<int>& nodes) {
+    const Errors errors = flight_.errors(what, stage, bounds_);
+    return showed(errors.right(bounds_) ? errors : flight_.errors(what, stage, bounds_, flight_.largest(nodes, stage)));
+  }
+  bool showed_smoothed(const Shown& what, int stage, int until, const std::vector<int>& nodes) {
+    const Errors errors = flight_.smoothed_errors(what, stage, until, bounds_);
+    return showed(errors.right(bounds_) ? errors
+                                        : flight_.smoothed_errors(what, stage, until, bounds_,
+                                                                  flight_.largest(nodes, until)));
+  }
   template <typename Report>
   void look(const Report& report) {
     if constexpr (requires { report.redone; }) out_.redone = out_.redone || report.redone;
@@ -382,17 +394,27 @@ Outcome fly_fixed_lag(const Problem& problem, const Flight& flight) {
   const auto finite = [&](const jml::Matrix<Scalar, n, n>& P, int event, int stage) {  // NaN says that P is lost
     return judge.answered(jml::all_finite(P) ? jml::Status::ok : jml::Status::covariance_lost, event, stage);
   };
+  const auto nodes = nodes_of(problem, flight);
+  const auto window_before = [&](int stage) {
+    std::vector<int> out;
+    for (const int node : nodes) {
+      if (node < stage) out.push_back(node);
+    }
+    while (static_cast<int>(out.size()) > filter.depth()) out.erase(out.begin());
+    return out;
+  };
   fly(filter, model, problem, flight, judge, [&](int stage) {
     const jml::Matrix<Scalar, n, n> P = filter.P();
-    return finite(P, judge.outcome().event, stage) && judge.showed(shown<Scalar, n>(filter.x(), P), stage);
+    return finite(P, judge.outcome().event, stage) &&
+           judge.showed(shown<Scalar, n>(filter.x(), P), stage, window_before(stage));
   });
   if (!judge.outcome().right()) return judge.outcome();
-  const auto nodes = nodes_of(problem, flight);
   const int last = nodes.back();
+  const auto window = window_before(last);
   for (int age = 1; age <= filter.depth(); ++age) {
     const jml::Matrix<Scalar, n, n> P = filter.P(age);
     if (!finite(P, flight.events() - 1, last)) break;
-    if (!judge.showed_smoothed(shown<Scalar, n>(filter.x(age), P), nodes[nodes.size() - 1 - static_cast<std::size_t>(age)], last))
+    if (!judge.showed_smoothed(shown<Scalar, n>(filter.x(age), P), nodes[nodes.size() - 1 - static_cast<std::size_t>(age)], last, window))
       break;
   }
   return judge.outcome();
@@ -414,7 +436,7 @@ Outcome fly_batch(const Problem& problem, const Flight& flight) {
   const bool any = batch.covariances([&](int k, const jml::Matrix<Scalar, n, n>& P) {
     if (!going) return;
     going = judge.answered(jml::all_finite(P) ? jml::Status::ok : jml::Status::covariance_lost, flight.events() - 1, last) &&
-            judge.showed_smoothed(shown<Scalar, n>(batch.x(k), P), nodes[static_cast<std::size_t>(k)], last);
+            judge.showed_smoothed(shown<Scalar, n>(batch.x(k), P), nodes[static_cast<std::size_t>(k)], last, nodes);
   });
   if (!any) judge.answered(jml::Status::covariance_lost, flight.events() - 1, last);
   return judge.outcome();

@@ -93,15 +93,17 @@ class Flight {
   [[nodiscard]] const Stage& stage(int i) const { return stages_[static_cast<std::size_t>(i)]; }
   [[nodiscard]] const Stage& last() const { return stages_.back(); }
 
-  /// How far `shown` is from right after that stage.
-  [[nodiscard]] Errors errors(const Shown& shown, int i, const Bounds& bounds) const {
+  /// How far `shown` is from right after that stage. `scale`: a state that x was made of, if it is larger than those
+  /// of the filter.
+  [[nodiscard]] Errors errors(const Shown& shown, int i, const Bounds& bounds, double scale = 0) const {
     const Stage& exact = stage(i);
     return {covariance_error(shown.P, exact.P, width(i, bounds)),
-            state_error(shown.x, exact.exact, 64 * epsilon_ * exact.scale, bounds.x)};
+            state_error(shown.x, exact.exact, 64 * epsilon_ * std::max(scale, exact.scale), bounds.x)};
   }
 
   /// The same of the state after that stage, given all measurements up to `until`: `stage` and `until` end an event.
-  [[nodiscard]] Errors smoothed_errors(const Shown& shown, int i, int until, const Bounds& bounds) const {
+  [[nodiscard]] Errors smoothed_errors(const Shown& shown, int i, int until, const Bounds& bounds,
+                                       double larger = 0) const {
     const Moments exact = smoothed(i, until, 0, stage(i).exact);
     bool singular = condition_of(exact).of_P > singular_from;
     for (int k = i; k <= until; ++k) singular = singular || stage(k).singular;
@@ -110,11 +112,20 @@ class Flight {
     const Moments width = wide || (singular && !wide_dense_.empty())
                               ? smoothed(i, until, share(bounds), wide ? from : wide_dense_[static_cast<std::size_t>(i)])
                               : exact;
-    double scale = stage(until).scale;  // of the filter; what later measurements tell may be larger
+    double scale = std::max(larger, stage(until).scale);  // of the filter; what later measurements tell may be larger
     for (int k = 0; k < problem_.n; ++k) scale = std::max(scale, static_cast<double>(fabsq(exact.x[k])));
     return {covariance_error(shown.P, exact.P(), width), state_error(shown.x, exact, 64 * epsilon_ * scale, bounds.x)};
   }
   [[nodiscard]] Moments smoothed(int i, int until) const { return smoothed(i, until, 0, stage(i).exact); }
+  /// The largest state of a trajectory: after each of these stages, given all measurements up to `until`.
+  [[nodiscard]] double largest(const std::vector<int>& stages, int until) const {
+    double out = 0;
+    for (const int i : stages) {
+      const Moments exact = smoothed(i, until);
+      for (int k = 0; k < problem_.n; ++k) out = std::max(out, static_cast<double>(fabsq(exact.x[k])));
+    }
+    return out;
+  }
 
  private:
   struct Op {

@@ -59,11 +59,23 @@ TEST(IntervalGenerator, OnceWrongInASmoother) {
   }
 }
 
+// And two in which an ε of x is many deviations of what later measurements say: a state of -208 that is measured to
+// 7e-10, and a residual that was kept as an attempt in the digits of double had found it.
+TEST(IntervalGenerator, OnceWrongByTheDigitsOfX) {
+  Tally tally;
+  for (const std::uint64_t number : {99353, 39652}) fly_all(97, number, tally);
+  tally.print_wrong(Form::smoother, false);
+  EXPECT_EQ(tally.total(Form::smoother, false).wrong() + tally.total(Form::smoother, false).refused, 0);
+  EXPECT_EQ(tally.total(Form::batch, false).wrong(), 0);
+}
+
 // And one of a singular P_0 on large states: whitened, the first state of a window was off by 5e-3 deviations, J of
-// the nominal by as much, and the step that mended it looked as if it raised J.
+// the nominal by as much, and the step that mended it looked as if it raised J. In the other the newest state is 11,
+// what is left of 5e3 of a state before it: there is no deviation beside its rounding, and it is as right as that.
 TEST(IntervalGenerator, OnceWrongInAWindow) {
   Tally tally;
   fly_all(83, 364068, tally);
+  fly_all(97, 107799, tally);
   for (const Form form : {Form::fixed_lag, Form::batch, Form::smoother}) {
     tally.print_wrong(form, false);
     EXPECT_EQ(tally.total(form, false).wrong() + tally.total(form, false).refused, 0) << name_of(form);
@@ -100,8 +112,8 @@ TEST(IntervalGenerator, S10LevelSlopeAndSeasons) {
   EXPECT_NEAR(smoother.P(0)(1, 1), 0.0224358, 1e-7);
 }
 
-// A measurement of 1 to 1e-17: the nodes of an interval have no such digits, and say so. The filter has: its
-// start was exact.
+// A measurement of 1 to 1e-17: the nodes of a window or a batch have no such digits, and say so. A filter has, whose
+// start was exact; and of one to 1e-10 its smoother too: x_0 + P_0 Fᵀ Hᵀ (1 - 13/30) / 3.
 TEST(IntervalGenerator, FinerThanTheDigitsOfX) {
   Dynamics<double, 2> drift;
   drift.F << 1, 1, 0, 1;
@@ -128,8 +140,22 @@ TEST(IntervalGenerator, FinerThanTheDigitsOfX) {
   EXPECT_EQ(report.status, jml::Status::ok);
   EXPECT_TRUE(report.redone);
   EXPECT_EQ(smoother.x()(0), 1);
-  EXPECT_EQ(smoother.smooth(), jml::Status::accuracy_not_met);
+  EXPECT_EQ(smoother.smooth(), jml::Status::covariance_lost);
   EXPECT_EQ(smoother.x(0), start.x);
+
+  fine.R << 1e-20;
+  jml::Smoother finer{jml::Filter{RuleOf<2>{}, drift, start}, 2};
+  ASSERT_EQ(finer.step(fine, 1.0).status, jml::Status::ok);
+  EXPECT_EQ(finer.smooth(), jml::Status::ok);
+  EXPECT_NEAR(finer.x(0)(0), 47.0 / 90, 1e-13);
+  EXPECT_NEAR(finer.x(0)(1), 26.0 / 90, 1e-13);
+
+  // What was rounded before has not.
+  jml::Smoother rounded{jml::Filter{RuleOf<2>{}, drift, start}, 3};
+  ASSERT_EQ(rounded.predict(), jml::Status::ok);
+  ASSERT_EQ(rounded.step(fine, 1.0).status, jml::Status::ok);
+  EXPECT_EQ(rounded.smooth(), jml::Status::accuracy_not_met);
+  EXPECT_EQ(rounded.x(0), start.x);
 }
 
 }  // namespace

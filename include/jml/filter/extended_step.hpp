@@ -148,24 +148,29 @@ class ExtendedStep {
     }
     for (int j = 0; j < n_; ++j) moved_[j] = T(0);
     for (int i = 0; i < p_; ++i) {
-      const T* h = h_ + i * n_;
-      for (int j = 0; j < n_; ++j) e_[i] = e_[i] - h[j] * moved_[j];
-      const RowUse use = ud_.correct(h, r_[i], gain_, alpha_[i], f_, W_, d_, row_size_, bulk_);
-      if (use == RowUse::redundant) {
-        ++report.redundant;
-        alpha_[i] = T(std::numeric_limits<Scalar>::infinity());
-        const Scalar slack = Scalar(64) * std::numeric_limits<Scalar>::epsilon() * sizes[i];
-        if (!(ExtendedUd<Scalar>::size_of(e_[i]) <= slack)) report.status = Status::contradiction;
-        continue;
-      }
-      if (use == RowUse::resolved) {
-        ++report.resolved;
-        for (int j = 0; j < n_; ++j) size_[j] = row_size_[j] > size_[j] ? row_size_[j] : size_[j];
-      }
-      for (int j = 0; j < n_; ++j) moved_[j] = moved_[j] + gain_[j] * e_[i];
+      const RowUse use = take_row(h_ + i * n_, r_[i], e_[i], alpha_[i]);
+      if (use == RowUse::resolved) ++report.resolved;
+      if (use != RowUse::redundant) continue;
+      ++report.redundant;
+      alpha_[i] = T(std::numeric_limits<Scalar>::infinity());
+      const Scalar slack = Scalar(64) * std::numeric_limits<Scalar>::epsilon() * sizes[i];
+      if (!(ExtendedUd<Scalar>::size_of(e_[i]) <= slack)) report.status = Status::contradiction;
     }
     for (int j = 0; j < n_; ++j) x_[j] = x_[j] + moved_[j];
     return report;
+  }
+
+  /// n independent rows, the columns of the unit upper triangle V, of information E (zero: none) and with
+  /// innovations e at x.
+  JML_RARE void correct_by_rows(const T* V, const T* E, const T* e) {
+    for (int j = 0; j < n_; ++j) moved_[j] = T(0);
+    for (int k = 0; k < n_; ++k) {
+      if (!(ExtendedUd<Scalar>::upper(E[k]) > Scalar(0))) continue;
+      T innovation = e[k];
+      for (int j = 0; j < n_; ++j) h_[j] = j < k ? V[j + k * n_] : T(j == k ? 1 : 0);
+      static_cast<void>(take_row(h_, T(1) / E[k], innovation, alpha_[0]));
+    }
+    for (int j = 0; j < n_; ++j) x_[j] = x_[j] + moved_[j];
   }
 
   /// Innovation and variance of row i as it was taken; infinite where it resolved a direction or said
@@ -253,6 +258,16 @@ class ExtendedStep {
   }
 
  private:
+  /// One row of variance r, whose innovation e is at x; on return at x + moved_, which it moves on.
+  JML_RARE RowUse take_row(const T* h, const T& r, T& e, T& alpha) {
+    for (int j = 0; j < n_; ++j) e = e - h[j] * moved_[j];
+    const RowUse use = ud_.correct(h, r, gain_, alpha, f_, W_, d_, row_size_, bulk_);
+    for (int j = 0; j < n_ && use != RowUse::redundant; ++j) {
+      if (use == RowUse::resolved) size_[j] = row_size_[j] > size_[j] ? row_size_[j] : size_[j];
+      moved_[j] = moved_[j] + gain_[j] * e;
+    }
+    return use;
+  }
   /// S = R + H P Hᵀ.
   JML_RARE void innovation_matrix(const Scalar* R, Scalar* S) {
     for (int i = 0; i < p_; ++i) {

@@ -4,6 +4,7 @@
 /// missing, the step done over again in twice as many. Out of the way of the usual one.
 #pragma once
 
+#include <jml/filter/dense_rounding.hpp>
 #include <jml/filter/filter_core.hpp>
 #include <jml/filter/general_step.hpp>
 #include <jml/filter/step_in_two.hpp>
@@ -111,11 +112,15 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
   // of what is left.
   const bool combines = two.combines();
   const Scalar most = (combines ? Scalar(64) * epsilon : plain_error<Scalar>) / extended_epsilon<Scalar>;
-  if (!two.finite() || two.underflows() || !(report.rounding <= worst_error<Scalar> / Scalar(8)) ||
-      !(two.magnification() <= most))
+  if (!two.finite() || two.underflows() || !(two.magnification() <= most))
     return report.status = Status::covariance_lost, prior;
   Belief next = prior;
   const bool extended = fine || combines || report.rounding > plain_error<Scalar> / Scalar(100);
+  if (!(report.rounding <= worst_error<Scalar> / Scalar(8))) {  // it could be lost: is it?
+    report.rounding = dense_rounding<n>(two);
+    if (combines || !(report.rounding <= Scalar(8e-4)))
+      return report.status = Status::covariance_lost, prior;
+  }
   for (int i = 0; i < n; ++i) {
     next.x(i) = in_two<Scalar>(two.x(i)).high;
     for (int j = 0; j <= i; ++j) {

@@ -4,6 +4,7 @@
 /// dense matrix can hold.
 #pragma once
 
+#include <jml/filter/dense_rounding.hpp>
 #include <jml/filter/factored.hpp>
 #include <jml/interval/record_rows.hpp>
 
@@ -60,31 +61,32 @@ JML_NOINLINE bool rows_in_two(const RecordRows<Scalar, n, p>& rows, const Vector
   return store_extended(two, belief) == Status::ok;
 }
 
-/// P of a belief as a dense matrix. NaN where that cannot hold it: its correlations are so near to singular
-/// that rounding to Scalar could change P by more than 1e-3 (float: 1 %) in some direction.
+/// P of a belief as a dense matrix. NaN where that cannot hold it: rounding to Scalar changes P by more than
+/// 1e-3 (float: 1 %) in some direction.
 template <typename Scalar, int n>
 [[nodiscard]] JML_NOINLINE Matrix<Scalar, n, n> dense_covariance(const FactoredBelief<Scalar, n>& belief) {
-  constexpr Scalar most =
-      (std::is_same_v<Scalar, float> ? Scalar(2e-2) : Scalar(2e-3)) / std::numeric_limits<Scalar>::epsilon();
+  constexpr Scalar most = std::is_same_v<Scalar, float> ? Scalar(1e-2) : Scalar(1e-3);
   ExtendedMemory<Scalar, n, 0, 0> memory;
   ExtendedStep<Scalar> two(memory);
-  two.load(belief.U.data(), belief.D.data(), nullptr, nullptr);
-  const Scalar magnification = two.magnification_of_now();
-  const bool held = magnification * magnification <= most;
+  two.load(belief.U.data(), belief.D.data(), belief.extended ? belief.U_low.data() : nullptr,
+           belief.extended ? belief.D_low.data() : nullptr);
+  const Scalar magnification = two.magnification_of_now();  // at most what rounding could make of it
+  const bool held =
+      magnification * magnification <= Scalar(2) * most / std::numeric_limits<Scalar>::epsilon() ||
+      (!two.combines() && dense_rounding<n>(two) <= Scalar(0.8) * most);
   return held ? belief.P() : kernel::filled<Matrix<Scalar, n, n>>(std::numeric_limits<Scalar>::quiet_NaN());
 }
 
-/// `belief` given later data too: rows of InformationInTwo::store(), innovations at the belief's x (null:
-/// none, and x stays). False where the digits do not suffice.
+/// `belief` given later data too: rows of InformationInTwo::store(); x stays. False where the digits do not
+/// suffice.
 template <typename Scalar, int n>
 [[nodiscard]] JML_NOINLINE bool condition_in_two(const Matrix<Scalar, n, n>& later,
-                                                 const Vector<Scalar, n>* innovations,
                                                  FactoredBelief<Scalar, n>& belief) {
   RecordRows<Scalar, n, n> rows;
   for (int k = 0; k < n; ++k) {
     for (int i = 0; i < n; ++i) rows.H(i, k) = i < k ? later(i, k) : Scalar(i == k);
     rows.r(k) = Scalar(1) / later(k, k);
-    rows.e(k) = innovations != nullptr ? (*innovations)(k) : Scalar(0);
+    rows.e(k) = Scalar(0);
   }
   return rows_in_two(rows, belief.x, belief);
 }

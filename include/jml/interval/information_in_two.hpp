@@ -69,13 +69,16 @@ class InformationInTwo {
     return ud_.factor(std::numeric_limits<Scalar>::epsilon());
   }
 
-  /// Λ + Σ h hᵀ / r, λ - Σ h e / r - pull: `count` rows h (columns of H, n×count). pull: n or null.
-  void add_rows(int count, const Scalar* H, const Scalar* r, const Scalar* e, const Scalar* pull) {
+  /// Λ + Σ h hᵀ / r, λ - Σ h e / r - pull: `count` rows h (columns of H, n×count). pull: n or null; H_low and
+  /// e_low, what H and e have in twice the digits, or null.
+  void add_rows(int count, const Scalar* H, const Scalar* r, const Scalar* e, const Scalar* pull,
+                const Scalar* H_low = nullptr, const Scalar* e_low = nullptr) {
     for (int i = 0; i < count; ++i) {
       weight_[i] = std::isinf(r[i]) ? T(0) : T(1) / T(r[i]);
+      const T innovation = as_one(e[i], e_low != nullptr ? e_low[i] : Scalar(0));
       for (int j = 0; j < n_; ++j) {
-        h_[j + i * n_] = T(H[j + i * n_]);
-        const T part = h_[j + i * n_] * (weight_[i] * T(e[i]));
+        h_[j + i * n_] = as_one(H[j + i * n_], H_low != nullptr ? H_low[j + i * n_] : Scalar(0));
+        const T part = h_[j + i * n_] * (weight_[i] * innovation);
         slope_[j] = slope_[j] - part;
         terms_[j] += Ud::size_of(part);
       }
@@ -85,9 +88,16 @@ class InformationInTwo {
   }
 
   /// λ + Λ δ.
-  void move_by(const Scalar* delta) {
+  template <typename Number>
+  void move_by(const Number* delta) {
     times_information(delta);
     for (int i = 0; i < n_; ++i) slope_[i] = slope_[i] + moved_[i];
+    for (int k = 0; k < n_; ++k) {
+      Scalar sizes = 0;
+      for (int i = 0; i <= k; ++i) sizes += Ud::size_of(ud_.u(i, k)) * Ud::size_of(T(delta[i]));
+      sizes *= Ud::upper(ud_.D[k]);
+      for (int i = 0; i <= k; ++i) terms_[i] += Ud::size_of(ud_.u(i, k)) * sizes;
+    }
   }
 
   /// Through a step: pass_dynamics(). A n×n, B n×q, b q; offset q and gain q×n of the law, or null.
@@ -131,6 +141,13 @@ class InformationInTwo {
   }
   /// What rounding may have made of the innovations of Λ's rows since begin(), in their deviations.
   [[nodiscard]] Scalar rounding() const { return rounding_; }
+  /// At most how many deviations a state moves by these sizes, n, of its change.
+  [[nodiscard]] Scalar deviations_in(const Scalar* sizes) {
+    Scalar sum = 0;
+    ud_.deviations(size_);  // √Λ_ii
+    for (int i = 0; i < n_; ++i) sum += size_[i] * sizes[i];
+    return sum;
+  }
 
   /// At node 0, x = x̂ + L a with a term ½ Σ weight a² in J, `off` = x̂ - x̃: the change `law` of the nominal a.
   /// Rows of Λ are taken as measurements of a, so that a weight of 0 and an L of any rank are ordinary; what
@@ -185,10 +202,24 @@ class InformationInTwo {
       rows[k + k * n_] = Ud::upper(ud_.D[k]);
     }
   }
-  /// The innovation of each such row at the nominal: ½ E_k (v_kᵀ δ - e_k)²; zero where E_k is.
-  void innovations(Scalar* e) {
+  /// Of each such row what store() leaves out, and its innovation at the nominal, ½ E_k (v_kᵀ δ - e_k)², zero
+  /// where E_k is: as add_rows() takes them.
+  void store_rest(Scalar* rows_low, Scalar* e, Scalar* e_low) {
     whiten_slope();
-    for (int k = 0; k < n_; ++k) e[k] = informed(k) ? Ud::upper(-(moved_[k] / ud_.D[k])) : Scalar(0);
+    for (int k = 0; k < n_; ++k) {
+      const T innovation = informed(k) ? -(moved_[k] / ud_.D[k]) : T(0);
+      e[k] = in_two<Scalar>(innovation).high;
+      e_low[k] = in_two<Scalar>(innovation).low;
+      for (int i = 0; i < n_; ++i) rows_low[i + k * n_] = i < k ? in_two<Scalar>(ud_.u(i, k)).low : Scalar(0);
+    }
+  }
+  /// `belief`, a state of the same n, given what Λ and λ say of it about its x.
+  void correct(ExtendedStep<Scalar>& belief) {
+    whiten_slope();
+    for (int k = 0; k < n_; ++k) {
+      if (informed(k)) moved_[k] = -(moved_[k] / ud_.D[k]);
+    }
+    belief.correct_by_rows(ud_.U, ud_.D, moved_);
   }
 
  private:

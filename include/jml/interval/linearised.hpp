@@ -195,8 +195,7 @@ template <typename Store, typename Use>
     if (j > 0) valid = valid && linearised_step(store, j, forward);
     valid = valid && linearised_correction(store, j, loss, forward);
     commit(belief, forward);
-    const bool held =
-        valid && condition_in_two(store.later(j), static_cast<const Vector<Scalar, n>*>(nullptr), belief);
+    const bool held = valid && condition_in_two(store.later(j), belief);
     const Matrix<Scalar, n, n> P =
         held ? dense_covariance(belief)
              : kernel::filled<Matrix<Scalar, n, n>>(std::numeric_limits<Scalar>::quiet_NaN());
@@ -226,7 +225,7 @@ template <typename Store, typename Scalar, int n>
     pass_in_two(
         store, loss, false, true, Scalar(0), j, information, sums, [](int) {}, [](int, const auto&) {});
     information.store(later.data());
-    valid = condition_in_two(later, static_cast<const Vector<Scalar, n>*>(nullptr), belief);
+    valid = condition_in_two(later, belief);
   }
   return valid ? dense_covariance(belief)
                : kernel::filled<Matrix<Scalar, n, n>>(std::numeric_limits<Scalar>::quiet_NaN());

@@ -98,7 +98,7 @@ struct Remembering {
       status = detail::one_pass_predict(rule(), memory.model, memory.filtered(), at, next,
                                         detail::SmootherObserver<decltype(record)>{record, moved, unused});
     if (!usable(status)) return status;
-    if (!moved) note_step(memory, record, next.x, at);
+    note_step(memory, record, moved, moved ? next.x : predicted_state(memory.dynamics(), memory.x(), at), at);
     if (!memory.form(record, at)) return Status::invalid_disturbance_covariance;
     record.prediction = next.x;
     memory.keep(memory.last + 1, record, next, end_of(at).time);
@@ -109,19 +109,21 @@ struct Remembering {
     auto record = memory.node(memory.last).record;
     if (memory.last == 0) record.prediction = memory.x();
     typename Belief::Filtered next{};
-    bool moved = false, noted = false;  // a step in twice the digits may not have told what it used
+    bool moved = false, noted = false;
     if constexpr (Belief::factored)
       method.correct(memory.model, memory.filtered(), sample, next, report);
     else
       detail::one_pass_correct(rule(), memory.filtered(), sample, next, report,
                                detail::SmootherObserver<decltype(record)>{record, moved, noted});
     if (!usable(report.status)) return;
-    if (report.gate == Verdict::rejected) {
+    if (report.gate == Verdict::rejected || report.redone) {
       record = memory.node(memory.last).record;
       if (memory.last == 0) record.prediction = memory.x();
-    } else {
+      noted = false;  // but by an attempt in the digits of Scalar
+    }
+    if (report.gate != Verdict::rejected) {
       if (!noted && !note(record, memory.x(), sample, sample.at, report)) return;
-      memory.too_fine = memory.too_fine || detail::too_fine(sample.sensor, next.x, sample.y, sample.at);
+      note_fineness(memory, memory.x(), noted, sample, sample.at, next);
     }
     memory.keep(memory.last, record, next, memory.node(memory.last).time);
   }
@@ -143,41 +145,73 @@ struct Remembering {
       detail::one_pass_step(rule(), memory.model, memory.filtered(), sample, next, report,
                             detail::SmootherObserver<decltype(record)>{record, moved, noted, true});
       if (!usable(report.status)) return;
-      const auto prediction = predicted_state(memory.dynamics(), memory.x(), sample.at);
-      if (!moved) note_step(memory, record, prediction, sample.at);
+      note_step(memory, record, moved, predicted_state(memory.dynamics(), memory.x(), sample.at), sample.at);
       if (!memory.form(record, sample.at)) {
         report.status = Status::invalid_disturbance_covariance;
         return;
       }
+      if (report.redone) noted = false;  // but by an attempt in the digits of Scalar
       if (report.gate == Verdict::rejected) {
         record.rows = 0;
         record.prediction = next.x;
       } else {
         if (!noted) {
-          record.prediction = prediction;
-          if (!note(record, prediction, sample, at, report)) return;
+          record.rows = 0;
+          record.prediction = memory.predicted(record);
+          if (!note(record, record.prediction, sample, at, report)) return;
         }
-        memory.too_fine = memory.too_fine || detail::too_fine(sample.sensor, next.x, sample.y, at);
+        note_fineness(memory, record.prediction, noted, sample, at, next);
       }
       memory.keep(memory.last + 1, record, next, at.time);
     }
   }
 
  private:
-  /// What a prediction used that did not tell.
+  /// What a step used, where it did not tell, and what the model makes of x̂ or of zero: f is `prediction`.
   template <typename Belief, typename Record, typename X, typename At>
-  void note_step(const Belief& memory, Record& record, const X& prediction, const At& at) const {
+  void note_step(const Belief& memory, Record& record, bool told, const X& prediction, const At& at) const {
+    const auto& d = memory.dynamics();
     const X& x = Rule::evaluated_at == EvaluatedAt::estimate ? memory.x() : prediction;
-    record.transition = dynamics_slot<Rule::A>(rule(), memory.dynamics(), x, memory.x(), at);
+    if (!told) record.transition = dynamics_slot<Rule::A>(rule(), d, x, memory.x(), at);
+    if constexpr (Record::affine)
+      record.constant = predicted_state(d, kernel::zeros<X>(), at);
+    else
+      record.constant = prediction;
   }
+  /// y - m(x) can be had in more digits.
+  template <typename Record, typename Sample>
+  static constexpr bool in_all_digits =
+      detail::exact_sensor<std::remove_cvref_t<decltype(std::declval<Sample>().sensor)>,
+                           Vector<typename Record::Scalar, Sample::measurements>>();
   /// What a correction used that did not tell.
   template <typename Record, typename X, typename Sample, typename At, typename Report>
   [[nodiscard]] bool note(Record& record, const X& x, const Sample& sample, const At& at,
                           Report& report) const {
     const auto H = sensor_slot<Rule::D>(rule(), sample.sensor, x, x, at);
-    if (record.add(x, H, noise_covariance(sample.sensor, x, at), report.innovation)) return true;
+    auto innovation = report.innovation, low = innovation;
+    kernel::set_zero(low);
+    if constexpr (in_all_digits<Record, Sample>)
+      detail::innovation_in_two(detail::from_origin<Record::n>(sample.sensor, sample.y, at), H, x, innovation,
+                                low);
+    if (record.add(x, H, noise_covariance(sample.sensor, x, at), innovation, low)) return true;
     report.status = Status::invalid_noise_covariance;
     return false;
+  }
+  /// The filter's x is in all digits where that of a linear system was never rounded; else a measurement may
+  /// ask for more.
+  template <typename Belief, typename X, typename Sample, typename At, typename Next>
+  void note_fineness(Belief& memory, const X& x, bool noted, const Sample& sample, const At& at,
+                     const Next& next) const {
+    bool exact = false;
+    if constexpr (Belief::Record::affine && in_all_digits<typename Belief::Record, Sample>) {
+      if constexpr (Belief::factored)
+        exact = true;
+      else
+        exact = detail::is_exact(next);
+    }
+    const auto& y = sample.y;
+    memory.too_fine = memory.too_fine || (!exact && (detail::too_fine(sample.sensor, next.x, y, at) ||
+                                                     (!noted && detail::too_fine(sample.sensor, x, y, at))));
   }
   [[nodiscard]] const Rule& rule() const {
     if constexpr (requires { method.rule; })
@@ -219,8 +253,8 @@ class Smoother : public Filter<Remembering<M>, D, Scalar> {
 
   /// Smooths all nodes with all measurements so far; more may follow, and another smooth(). covariance_lost:
   /// at some nodes P is NaN, as no matrix of Scalar holds it to 1e-3 in every direction; x is right there.
-  /// accuracy_not_met: a measurement of a linear m was finer than the digits of x; all nodes are the
-  /// filter's. Where x is no answer either, node and P are the filter's.
+  /// accuracy_not_met: a measurement of a linear m was finer than the digits of an x that had been rounded;
+  /// all nodes are the filter's. Where x is no answer either, node and P are the filter's.
   [[nodiscard]] Status smooth() {
     return this->status() == Status::ok ? this->mutable_belief().smooth() : this->status();
   }

@@ -33,6 +33,25 @@ template <typename Scalar, int n>
   return true;
 }
 
+/// x of a belief is one in the digits of Scalar.
+template <typename Scalar, int n>
+[[nodiscard]] bool rounds_state(const WatchedEstimate<Scalar, n>& estimate) {
+  return !estimate.extended;
+}
+template <typename Scalar, int n>
+[[nodiscard]] bool rounds_state(const FactoredBelief<Scalar, n>&) {
+  return false;
+}
+/// What it has in twice as many.
+template <typename Scalar, int n>
+[[nodiscard]] Vector<Scalar, n> low_of(const WatchedEstimate<Scalar, n>& estimate) {
+  return estimate.extended ? estimate.x_low : kernel::zeros<Vector<Scalar, n>>();
+}
+template <typename Scalar, int n>
+[[nodiscard]] const Vector<Scalar, n>& low_of(const FactoredBelief<Scalar, n>& belief) {
+  return belief.x_low;
+}
+
 /// Where a filter stands, for a smoother that goes on from there.
 template <typename Belief>
 struct SmootherStart {
@@ -86,6 +105,14 @@ class SmootherMemory {
     to.time = time;
     keep_filtered(to);
     last = k;
+  }
+  /// Where a step leads from the present.
+  [[nodiscard]] Vector<Scalar, n> predicted(const Record& record) const {
+    Extended<Scalar> exact[n];
+    Vector<Scalar, n> out;
+    record.predict(x(), low_of(filtered()), exact);
+    for (int i = 0; i < n; ++i) out(i) = in_two<Scalar>(exact[i]).high;
+    return out;
   }
   /// B of a step from the present.
   template <typename At>
@@ -158,6 +185,8 @@ class SmootherMemory {
         for (int j = 0; j < record.rows; ++j) sizes(i) += record.H(i, j) * record.H(i, j) / record.r(j);
       }
       const Scalar own = rounding(sizes, node(k).smoothed.P);
+      const Vector<Scalar, n> unsure = state_sizes(k);
+      for (int i = 0; i < n; ++i) noise_of_x += std::sqrt(sizes(i)) * unsure(i);
       for (int i = 0; i < n; ++i) {
         for (int j = 0; j < n; ++j) moved(i) += record.transition(j, i) * record.transition(j, i) * sizes(j);
       }
@@ -175,27 +204,60 @@ class SmootherMemory {
     return true;
   }
 
+  /// The terms of x̂ at node k, an ε of which nobody knows: as affine dynamics and the filter made it.
+  [[nodiscard]] Vector<Scalar, n> state_sizes(int k) const {
+    Vector<Scalar, n> sizes = kernel::zeros<Vector<Scalar, n>>();
+    if constexpr (Record::affine) {
+      const Record& record = node(k).record;
+      for (int i = 0; i < n; ++i) {
+        sizes(i) = std::abs(node(k).filtered.x(i)) + std::abs(record.constant(i));
+        for (int j = 0; j < n; ++j) sizes(i) += std::abs(record.transition(i, j) * node(k - 1).filtered.x(j));
+      }
+    }
+    return sizes;
+  }
+
   JML_NOINLINE Status smooth_in_two() {
     Status answer = all_finite(node(last).smoothed.P) ? Status::ok : Status::covariance_lost;
     InformationMemory<Scalar, n, Record::Root::q, n> memory;
     InformationInTwo<Scalar> information(memory);
+    ExtendedMemory<Scalar, n, 0, 1> own;
     PassSums<Scalar> sums;
     const Vector<Scalar, Record::Root::q> none = kernel::zeros<Vector<Scalar, Record::Root::q>>();
     for (int k = last; k > 0; --k) {
       const Record& record = node(k).record;
-      const Vector<Scalar, n> off = record.prediction - node(k).filtered.x;
-      information.move_by(off.data());
-      information.add_rows(record.rows, record.H.data(), record.r.data(), record.e.data(), nullptr);
+      Node& before = node(k - 1);
+      Extended<Scalar> predicted[n], off[n];
+      record.predict(before.filtered.x, low_of(before.filtered), predicted);
+      const Vector<Scalar, n> low = low_of(node(k).filtered);
+      for (int i = 0; i < n; ++i)
+        off[i] = Extended<Scalar>(record.prediction(i)) - as_one(node(k).filtered.x(i), low(i));
+      information.move_by(off);  // from x̂ to the prediction
+      information.add_rows(record.rows, record.H.data(), record.r.data(), record.e.data(), nullptr,
+                           record.H_low.data(), record.e_low.data());
+      for (int i = 0; i < n; ++i) off[i] = predicted[i] - Extended<Scalar>(record.prediction(i));
+      information.move_by(off);
       information.pass(record.transition.data(), record.B.data(), none.data(), Scalar(0), nullptr, nullptr,
                        sums);
-      Node& before = node(k - 1);
-      Matrix<Scalar, n, n> later;
-      Vector<Scalar, n> innovations;
-      information.store(later.data());
-      information.innovations(innovations.data());
       FactoredBelief<Scalar, n> belief;
-      if (!(information.rounding() <= plain_error<Scalar>) || !factors_of(before.filtered, belief) ||
-          !condition_in_two(later, &innovations, belief)) {
+      bool held = information.rounding() <= plain_error<Scalar> && factors_of(before.filtered, belief);
+      if (held) {
+        ExtendedStep<Scalar> two(own);
+        two.load(belief.U.data(), belief.D.data(), belief.extended ? belief.U_low.data() : nullptr,
+                 belief.extended ? belief.D_low.data() : nullptr);
+        two.load_state(belief.x.data(), belief.x_low.data());
+        if (k > 1 && rounds_state(before.filtered)) {
+          const Vector<Scalar, n> sizes = state_sizes(k - 1);
+          const ExtendedUd<Scalar> now{n, own.U, own.D};
+          held = std::numeric_limits<Scalar>::epsilon() *
+                     std::min(information.deviations_in(sizes.data()),
+                              now.magnification(sizes.data(), sizes.data(), own.f)) <=
+                 plain_error<Scalar>;
+        }
+        information.correct(two);
+        held = held && store_extended(two, belief) == Status::ok;
+      }
+      if (!held) {
         keep_filtered(before);
         answer = Status::covariance_lost;
         continue;

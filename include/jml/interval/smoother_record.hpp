@@ -7,36 +7,65 @@
 
 namespace jml::detail {
 
+/// y - H x.
+template <typename Scalar, int n, int p>
+JML_NOINLINE void innovation_in_two(const Vector<Scalar, p>& y, const Matrix<Scalar, p, n>& H,
+                                    const Vector<Scalar, n>& x, Vector<Scalar, p>& high,
+                                    Vector<Scalar, p>& low) {
+  for (int i = 0; i < p; ++i) {
+    Extended<Scalar> sum(y(i));
+    for (int j = 0; j < n; ++j) sum = sum - Extended<Scalar>(H(i, j)) * Extended<Scalar>(x(j));
+    high(i) = in_two<Scalar>(sum).high;
+    low(i) = in_two<Scalar>(sum).low;
+  }
+}
+
 /// What one instant leaves for the way back: the step that led to it, and its own measurements as at most n
-/// independent rows h (columns of H) of variance r, with residual e at the prediction.
-template <typename Scalar, typename D>
+/// independent rows h (columns of H) of variance r, with residual e at the prediction. What later
+/// measurements say is moved by differences of states, whose rounding their information magnifies: H and e
+/// are kept in twice the digits, and so is what a step makes of a state.
+template <typename Scalar_, typename D>
 struct SmootherRecord {
+  using Scalar = Scalar_;
   static constexpr int n = states_of<D>;
+  static constexpr bool affine = DynamicsTraits<D>::linear;
   using Root = NoiseRoot<Scalar, D>;
+  using T = Extended<Scalar>;
 
   Matrix<Scalar, n, n> transition = kernel::zeros<Matrix<Scalar, n, n>>();     // A
   Matrix<Scalar, n, Root::q> B = kernel::zeros<Matrix<Scalar, n, Root::q>>();  // B Bᵀ = G Q Gᵀ
-  Vector<Scalar, n> prediction = kernel::zeros<Vector<Scalar, n>>();
-  Matrix<Scalar, n, n> H = kernel::zeros<Matrix<Scalar, n, n>>();
-  Vector<Scalar, n> r = kernel::zeros<Vector<Scalar, n>>(), e = r;
+  Vector<Scalar, n> constant = kernel::zeros<Vector<Scalar, n>>();  // f(0) of affine dynamics, else f(x̂)
+  Vector<Scalar, n> prediction = constant;                          // to the digits of Scalar
+  Matrix<Scalar, n, n> H = kernel::zeros<Matrix<Scalar, n, n>>(), H_low = H;
+  Vector<Scalar, n> r = constant, e = constant, e_low = constant;
   int rows = 0;
 
-  /// A measurement whose innovation is at x. False where R is not positive definite.
+  /// What the step makes of x + x_low, `constant` being known: f + A x_low, or f(0) + A (x + x_low).
+  void predict(const Vector<Scalar, n>& x, const Vector<Scalar, n>& x_low, T* out) const {
+    for (int i = 0; i < n; ++i) {
+      T sum(constant(i));
+      for (int k = 0; k < n; ++k)
+        sum = sum + T(transition(i, k)) * (affine ? as_one(x(k), x_low(k)) : T(x_low(k)));
+      out[i] = sum;
+    }
+  }
+
+  /// A measurement whose innovation is at x, with what it has in twice the digits. False where R is not
+  /// positive definite.
   template <int p>
   [[nodiscard]] bool add(const Vector<Scalar, n>& x, const Matrix<Scalar, p, n>& slot_d,
-                         const Matrix<Scalar, p, p>& R, const Vector<Scalar, p>& innovation) {
-    kernel::SymmetricFactor<Scalar, p> factor;
-    if (!factor_precisely(R, factor)) return false;
-    const Vector<Scalar, n> off = x - prediction;
-    RecordRows<Scalar, n, p> own;
-    own.H = kernel::transposed(slot_d);
-    kernel::add_product<1>(innovation, slot_d, off, own.e);  // y - m about the prediction
-    independent_rows(factor, own);
-    if (rows + p > n) return compress(own);
+                         const Matrix<Scalar, p, p>& R, const Vector<Scalar, p>& innovation,
+                         const Vector<Scalar, p>& low = kernel::zeros<Vector<Scalar, p>>()) {
+    if (rows + p > n || x != prediction || !is_diagonal(R)) return add_in_two(x, slot_d, R, innovation, low);
     for (int i = 0; i < p; ++i) {
-      for (int j = 0; j < n; ++j) H(j, rows) = own.H(j, i);
-      r(rows) = own.r(i);
-      e(rows++) = own.e(i);
+      if (!(R(i, i) > Scalar(0))) return false;
+      for (int j = 0; j < n; ++j) {
+        H(j, rows) = slot_d(i, j);
+        H_low(j, rows) = Scalar(0);
+      }
+      r(rows) = R(i, i);
+      e(rows) = innovation(i);
+      e_low(rows++) = low(i);
     }
     return true;
   }
@@ -68,15 +97,57 @@ struct SmootherRecord {
   }
 
  private:
-  /// More rows than states: n rows of the same information.
+  /// The same with the rows made independent and moved to the prediction; more of them than states become n.
   template <int p>
-  JML_NOINLINE bool compress(const RecordRows<Scalar, n, p>& own) {
+  JML_NOINLINE bool add_in_two(const Vector<Scalar, n>& x, const Matrix<Scalar, p, n>& slot_d,
+                               const Matrix<Scalar, p, p>& R, const Vector<Scalar, p>& innovation,
+                               const Vector<Scalar, p>& low) {
+    T U[p * p], variance[p], h[n * p], own[p];
+    for (int i = 0; i < p * p; ++i) U[i] = T(R.data()[i]);
+    const ExtendedUd<Scalar> noise{p, U, variance};
+    if (!noise.factor(std::numeric_limits<Scalar>::epsilon())) return false;
+    for (int i = p - 1; i >= 0; --i) {  // the rows of U⁻¹ H are independent
+      if (!(noise.upper(variance[i]) > Scalar(0))) return false;
+      own[i] = as_one(innovation(i), low(i));
+      for (int j = 0; j < n; ++j) {
+        h[j + i * n] = T(slot_d(i, j));
+        own[i] = own[i] + h[j + i * n] * (T(x(j)) - T(prediction(j)));
+      }
+      for (int k = i + 1; k < p; ++k) {
+        own[i] = own[i] - noise.u(i, k) * own[k];
+        for (int j = 0; j < n; ++j) h[j + i * n] = h[j + i * n] - noise.u(i, k) * h[j + k * n];
+      }
+    }
+    Matrix<Scalar, n, p> high, rest;
+    Vector<Scalar, p> variances, residual, residual_low;
+    for (int i = 0; i < p; ++i) {
+      for (int j = 0; j < n; ++j) {
+        high(j, i) = in_two<Scalar>(h[j + i * n]).high;
+        rest(j, i) = in_two<Scalar>(h[j + i * n]).low;
+      }
+      variances(i) = noise.upper(variance[i]);
+      residual(i) = in_two<Scalar>(own[i]).high;
+      residual_low(i) = in_two<Scalar>(own[i]).low;
+    }
+    if (rows + p <= n) {
+      for (int i = 0; i < p; ++i) {
+        for (int j = 0; j < n; ++j) {
+          H(j, rows) = high(j, i);
+          H_low(j, rows) = rest(j, i);
+        }
+        r(rows) = variances(i);
+        e(rows) = residual(i);
+        e_low(rows++) = residual_low(i);
+      }
+      return true;
+    }
     InformationMemory<Scalar, n, 0, (p > n ? p : n)> memory;
     InformationInTwo<Scalar> information(memory);
-    information.add_rows(rows, H.data(), r.data(), e.data(), nullptr);
-    information.add_rows(p, own.H.data(), own.r.data(), own.e.data(), nullptr);
+    information.add_rows(rows, H.data(), r.data(), e.data(), nullptr, H_low.data(), e_low.data());
+    information.add_rows(p, high.data(), variances.data(), residual.data(), nullptr, rest.data(),
+                         residual_low.data());
     information.store(H.data());
-    information.innovations(e.data());
+    information.store_rest(H_low.data(), e.data(), e_low.data());
     for (int k = 0; k < n; ++k) {
       r(k) = Scalar(1) / H(k, k);
       H(k, k) = Scalar(1);
