@@ -237,13 +237,7 @@ struct LocalMethod : Inner {
         there.frozen = true;
       }
     }
-    auto& of = [](auto& s) -> auto& {
-      if constexpr (is_part<std::remove_cvref_t<decltype(s)>>)
-        return s.sensor;
-      else
-        return s;
-    }(sensor);
-    most = std::max(most, of.refreeze(z, nu, end));
+    most = std::max(most, whole_of(sensor).refreeze(z, nu, end));
     return most;
   }
 };

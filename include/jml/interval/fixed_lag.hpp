@@ -180,8 +180,8 @@ struct FixedLag {
       else
         report.status = Status::dynamics_not_finite;
       if (usable(report.status)) return;
-      window.restore();
       window.join(node);
+      window.restore();
       window.take_back();
     }
   }
