@@ -223,8 +223,8 @@ struct FixedLag {
       else
         report.status = Status::dynamics_not_finite;
       if (usable(report.status) && report.gate != Verdict::rejected) return;
-      window.restore();
       window.join(node);
+      window.restore();
       window.take_back();
     }
   }

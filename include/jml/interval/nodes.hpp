@@ -94,9 +94,9 @@ struct Record {
 
   /// False where R is no covariance. `moved`: by how many deviations the v moved that m(x, v) is taken at.
   bool freeze(const Vector<Scalar, n>& x, const At& at, Scalar* moved = nullptr) {
-    if constexpr (requires { sensor.point.v; }) {
+    if constexpr (requires { whole_of(sensor).point.v; }) {
       const Vector<Scalar, p> nu = R.solve(measurement_residual(sensor, y, measurement(sensor, x, at)));
-      const Scalar by = sensor.refreeze(x, nu, at);
+      const Scalar by = whole_of(sensor).refreeze(x, nu, at);
       if (moved != nullptr) *moved = by;
     } else if (moved != nullptr) {
       *moved = Scalar(0);

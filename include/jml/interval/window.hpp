@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cstdint>
+#include <jml/interval/frozen_points.hpp>
 #include <jml/interval/linearised.hpp>
 #include <jml/interval/local_record.hpp>
 #include <jml/interval/window_parts.hpp>
@@ -42,6 +43,7 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
   using At = typename Root::At;
   template <typename Sensor>
   using Slots = std::array<Record<Scalar, n, Sensor, At>, static_cast<std::size_t>(measurements)>;
+  static constexpr bool in_charts = requires(At& at) { at.from; };
 
  public:
   using Dynamics = D;
@@ -135,9 +137,20 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
     }
     last_ = saved_.last;
   }
-  /// Keeps the trajectory, whatever a minimisation makes of it; restore() takes it back.
-  void keep() { kept_ = now_; }
-  void restore() { now_ = kept_; }
+  /// Keeps the trajectory, and in charts what its models are linearised about, whatever a minimisation makes
+  /// of it; restore() takes it back.
+  void keep() {
+    kept_ = now_;
+    if constexpr (in_charts) {
+      for (int j = 0; j <= last_; ++j) frozen_[static_cast<std::size_t>(j)].take(node(j));
+    }
+  }
+  void restore() {
+    now_ = kept_;
+    if constexpr (in_charts) {
+      for (int j = 0; j <= last_; ++j) frozen_[static_cast<std::size_t>(j)].give(node(j));
+    }
+  }
 
   /// A node `ahead` seconds after node j, within the step to the next: that step becomes two. The states
   /// after it are rolled out again. Only where the noise of a step follows its dt.
@@ -175,7 +188,7 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
     }
     return true;
   }
-  /// Undoes insert(j), after restore().
+  /// Undoes insert(j); before restore(), which counts the nodes as keep() did.
   void join(int j) {
     for (int k = j + 1; k < last_; ++k) node(k) = node(k + 1);
     --last_;
@@ -250,7 +263,8 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
   }
 
  private:
-  struct WindowNode : IntervalNode<Scalar, D, true, 3> {
+  using PlainNode = IntervalNode<Scalar, D, true, 3>;
+  struct WindowNode : PlainNode {
     std::tuple<Slots<S>...> slots{};
     std::array<std::uint8_t, sizeof...(S)> count{};
   };
@@ -293,6 +307,7 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
   bool slid_ = false;
   int kept_ = 0, before_ = 0;
   WindowNode split_{};
+  [[no_unique_address]] typename FrozenNodes<in_charts, size, PlainNode, Slots<S>...>::type frozen_{};
   Loss loss_{};
 };
 

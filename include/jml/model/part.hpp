@@ -69,6 +69,15 @@ inline constexpr bool is_part = false;
 template <typename S>
 inline constexpr bool is_part<Part<S>> = true;
 
+/// The sensor that a part is of, or a sensor itself.
+template <typename S>
+[[nodiscard]] constexpr auto& whole_of(S& sensor) {
+  if constexpr (is_part<std::remove_cv_t<S>>)
+    return sensor.sensor;
+  else
+    return sensor;
+}
+
 /// S has its place in the list as jml::Part<S>.
 template <typename List, typename S>
 inline constexpr bool listed_as_part =
