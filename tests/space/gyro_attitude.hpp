@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// An attitude driven by a gyroscope, with the gyroscope's bias: the model in the space SO(3) × ℝ³, and the same
-/// estimate written out by hand, without a chart, in the axes of the body as it turns:
+/// An attitude driven by a gyroscope, with the gyroscope's bias: the model in the space SO(3) × ℝ³, and the
+/// same estimate written out by hand, without a chart, in the axes of the body as it turns:
 ///   q̇ = ½ q ∘ (0, ω), ω = ω_m(t) - b;   δθ̇ = -ω × δθ - δb + w_θ,  δḃ = w_b   (δ right of q),
 /// with Ṗ = A P + P Aᵀ + Q by many small steps of Runge and Kutta.
 #pragma once
 
+#include <Eigen/LU>
 #include <jml/continuous/continuous.hpp>
+#include <jml/model/rotation.hpp>
 
 namespace gyro_attitude {
 
@@ -18,7 +20,9 @@ using Matrix3 = jml::Matrix<double, 3, 3>;
 using Matrix6 = jml::Matrix<double, 6, 6>;
 
 /// rad/s
-inline Vector3 gyro(double t) { return {0.9 * std::sin(1.3 * t) + 0.4, 0.7 * std::cos(2.1 * t), -0.8 + 0.3 * t}; }
+inline Vector3 gyro(double t) {
+  return {0.9 * std::sin(1.3 * t) + 0.4, 0.7 * std::cos(2.1 * t), -0.8 + 0.3 * t};
+}
 inline Matrix6 density() {
   Matrix6 Q = Matrix6::Zero();
   Q.diagonal() << 4e-4, 1e-4, 9e-4, 1e-6, 4e-6, 2e-6;
@@ -61,7 +65,8 @@ inline jml::Estimate<double, 7, 6> start() {
   x << 0.5, -0.5, 0.1, std::sqrt(0.49), 0.02, -0.03, 0.05;
   Matrix6 L = Matrix6::Zero();
   for (int j = 0; j < 6; ++j) {
-    for (int i = j; i < 6; ++i) L(i, j) = (i == j ? 0.3 : 0.08 * std::sin(1.0 + 3 * i + 5 * j)) * (i < 3 ? 1 : 0.2);
+    for (int i = j; i < 6; ++i)
+      L(i, j) = (i == j ? 0.3 : 0.08 * std::sin(1.0 + 3 * i + 5 * j)) * (i < 3 ? 1 : 0.2);
   }
   return {x, L * L.transpose()};
 }
@@ -90,7 +95,8 @@ struct ByHand {
     Vector7 x;
     Matrix6 P;
   };
-  /// y(t): null where nothing measures. A push K ν of the attitude turns its axes as a correction's does: half.
+  /// y(t): null where nothing measures. A push K ν of the attitude turns its axes as a correction's does:
+  /// half.
   template <typename Y>
   static Slope slope(double t, const Vector7& x, const Matrix6& P, const Y& y) {
     Vector3 omega = gyro(t) - Vector3(x.tail<3>()), push = Vector3::Zero();
