@@ -35,6 +35,21 @@ template <typename Scalar, int n>
   return true;
 }
 
+template <typename Rule, typename I, typename D>
+struct ContinuousInSpace;  // continuous/continuous_in_space.hpp
+
+/// A SDC matrix is about a point, which need not be in the chart of a step.
+template <typename Rule, typename D>
+consteval bool require_jacobians_in_space() {
+  if constexpr (!is_flat<D>) {
+    static_assert(!Rule::uses_sdc,
+                  "jml: over states in a space (`Space`, `tangent`) a continuous filter takes Ekf, or another "
+                  "rule of Jacobians alone");
+    return !Rule::uses_sdc;
+  }
+  return true;
+}
+
 }  // namespace detail
 
 /// What an interval under a measurement that is there all the time reports; innovation and gain are those of
@@ -94,7 +109,7 @@ class Continuous {
 
   template <typename D>
   static consteval bool accepts() {
-    return detail::require_continuous<D>() && detail::require_flat<D>() &&
+    return detail::require_continuous<D>() && detail::require_jacobians_in_space<Rule, D>() &&
            detail::require_linear_if_kalman<Rule, DynamicsTraits<D>>();
   }
   template <typename S>
@@ -152,6 +167,8 @@ class Continuous {
  private:
   template <typename>
   friend struct Factored;
+  template <typename, typename, typename>
+  friend struct detail::ContinuousInSpace;
   OnePass<Rule> one_pass() const { return {rule}; }
   /// P is finite and, of a symmetric rule, a covariance.
   template <typename Scalar, int n>
@@ -175,11 +192,12 @@ class Continuous {
       return Status::ok;
     }
     using D = std::remove_cvref_t<decltype(model.dynamics)>;
+    using F = Flow<Rule, D, S, Scalar, Signal>;
     static_assert(
-        Integrator<IntegratorType, Flow<Rule, D, S, Scalar, Signal>>,
+        Integrator<IntegratorType, F>,
         "jml: an integrator of a continuous filter is RungeKutta4, DavisonMaki, Cvode, or a type with an "
         "advance() as jml::Integrator says");
-    Flow<Rule, D, S, Scalar, Signal> flow(rule, model.dynamics, model.noise, sensor, signal, at.control);
+    F flow(rule, model.dynamics, model.noise, sensor, signal, F::given(at));
     if (const Status status = flow.prepare(at.time, prior.x); status != Status::ok) return status;
     const Status status = advance(model.engine, flow, at.time, at.dt, x, P, record);
     if (status == Status::dynamics_not_finite || (status == Status::ok && !(holds(P) && all_finite(x))))
@@ -196,7 +214,7 @@ class Continuous {
                                const Estimate<Scalar, n>& prior, const At& at, bool x_finite) const {
     using D = std::remove_cvref_t<decltype(model.dynamics)>;
     using F = Flow<Rule, D, S, Scalar, Signal>;
-    F flow(rule, model.dynamics, model.noise, sensor, signal, at.control);
+    F flow(rule, model.dynamics, model.noise, sensor, signal, F::given(at));
     typename F::X slope_x;
     typename F::Square slope_P;
     typename F::Report record;
@@ -230,3 +248,5 @@ struct PartsOf<Continuous<Rule, Integrator>> {
 };
 
 }  // namespace jml
+
+#include <jml/continuous/continuous_in_space.hpp>

@@ -28,6 +28,7 @@ namespace jml {
 /// P_ij the product of two. Any other number of them is invalid_option. BDF gets the Jacobian of
 /// riccati/differential_jacobian.hpp.
 struct Cvode : CvodeOptions {
+  static constexpr bool adaptive = true;  ///< over states in a space it goes on from chart to chart
   template <typename Scalar, int n>
   class Engine;
 };
@@ -105,7 +106,8 @@ class Cvode::Engine {
   Status integrate(Flow& flow, double time, double dt, Packed<Flow>& z, Both& by,
                    typename Flow::Report& report) {
     if (!(dt > 1e-100)) return dt >= 0 ? Status::ok : Status::invalid_time_step;
-    const bool first = kind_ == nullptr, goes_on = follows(flow, time), compared = goes_on && by.compared;
+    const bool first = kind_ == nullptr, goes_on = !Flow::in_chart && follows(flow, time),
+               compared = goes_on && by.compared;
     const Packed<Flow> start = z;
     by.compared = false;
     if (!goes_on) by.clock = 0;

@@ -46,7 +46,7 @@ struct Factored<Continuous<Rule_, RungeKutta4>> {
 
   template <typename D>
   static consteval bool accepts() {
-    return Rule::template accepts<D>();
+    return detail::require_flat<D>() && Rule::template accepts<D>();
   }
   template <typename S>
   static consteval bool accepts_sensor() {

@@ -214,6 +214,12 @@ struct LocalRecord;  // interval/local_record.hpp
 template <typename Inner, typename D>
 struct LocalSmoother;  // interval/local_smoother.hpp
 
+/// What a method is over states in a space.
+template <typename Inner, typename D>
+struct LocalFor {
+  using type = LocalMethod<Inner, D>;
+};
+
 /// M as it runs on D: itself in ℝⁿ.
 template <typename M, typename D>
 struct MethodFor {
@@ -225,7 +231,7 @@ struct MethodFor<M, D> {
   using Of = typename MethodOf<M>::type;
   static constexpr bool remembers = rolls_back<Of>(), lists = requires { typename Of::SensorList; };
   using Memory = std::conditional_t<lists, LocalRecord<Of, D>, LocalSmoother<Of, D>>;
-  using type = std::conditional_t<remembers, Memory, LocalMethod<Of, D>>;
+  using type = typename std::conditional_t<remembers, std::type_identity<Memory>, LocalFor<Of, D>>::type;
 };
 
 }  // namespace detail

@@ -3,12 +3,12 @@
 /// One discrete step of continuous dynamics in a space: ξ = f(x, w), the tangent velocity at x, x being x ⊞ ξ
 /// dt after a short dt.
 ///
-/// x(t) = x_k ⊞ δ(t), and δ is integrated: δ̇ = (∂/∂ε) ((x_k ⊞ δ ⊞ ε ξ) ⊟ x_k), which is dexp⁻¹ of ξ on a
-/// group (Munthe-Kaas 1998): the state stays in its space, and the order of the integrator is kept. The
-/// disturbance is held over the step, with covariance Q/dt, and enters through f itself.
+/// x(t) = x_k ⊞ δ(t), and δ is integrated (model/chart.hpp): the state stays in its space, and the order of
+/// the integrator is kept. The disturbance is held over the step, with covariance Q/dt, and enters through f
+/// itself.
 #pragma once
 
-#include <jml/model/concepts.hpp>
+#include <jml/model/chart.hpp>
 #include <jml/solve/runge_kutta.hpp>
 
 namespace jml {
@@ -61,43 +61,11 @@ class DiscretizedInSpace {
           StepContext<S, controls> then = at;
           then.time += static_cast<double>(after);
           const Vector<T, numbers> here = On::plus(x, delta);
-          const Vector<T, n> rate = velocity(here, w, then);
-          using Along = Dual<T, 1>;
-          Vector<Along, numbers> wide;
-          Vector<Along, n> ahead;
-          for (int i = 0; i < numbers; ++i) wide(i) = here(i);
-          for (int i = 0; i < n; ++i) {
-            ahead(i) = T(0);
-            ahead(i).partial[0] = rate(i);
-          }
-          const Matrix<T, n, 1> moved = On::slope_of_minus(Vector<Along, numbers>(On::plus(wide, ahead)), x);
-          for (int i = 0; i < n; ++i) slope(i) = moved(i, 0);
+          const Vector<T, n> rate = detail::tangent_velocity(continuous, here, w, then);
+          slope = detail::velocity_in_chart<On>(x, here, rate);
           return Status::ok;
         }));
     return On::plus(x, end);
-  }
-  template <typename T, typename At>
-  Vector<T, n> velocity(const Vector<T, numbers>& x, const Vector<T, q>& w, const At& at) const {
-    if constexpr (q > 0 && detail::NoisyDynamicsIn<Continuous, T, numbers, At>) {
-      return detail::ask_noisy<detail::hooks::Dynamics>(continuous, x, w, at);
-    } else {
-      using Value = std::remove_cvref_t<decltype(detail::ask<detail::hooks::Dynamics>(continuous, x, at))>;
-      static_assert(
-          int(Value::RowsAtCompileTime) == n,
-          "jml: continuous dynamics in a space answer with a tangent vector, of as many entries as there "
-          "are degrees of freedom");
-      Vector<T, n> out = detail::ask<detail::hooks::Dynamics>(continuous, x, at);
-      if constexpr (q > 0) {
-        using Plain = decltype(plain_value(T()));
-        Vector<Plain, numbers> here;
-        for (int i = 0; i < numbers; ++i) here(i) = plain_value(x(i));
-        const auto G = detail::input_in<n>(continuous, here, at);
-        for (int i = 0; i < n; ++i) {
-          for (int j = 0; j < q; ++j) out(i) += G(i, j) * w(j);
-        }
-      }
-      return out;
-    }
   }
 };
 

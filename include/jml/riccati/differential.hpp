@@ -48,20 +48,31 @@ class Flow {
   static constexpr int p = SensorTraits<S>::measurements;
   static constexpr bool measured = p > 0;
   static constexpr bool symmetric = Rule::symmetric;
+  /// D is in the chart at a state of a space (continuous/chart_dynamics.hpp).
+  static constexpr bool in_chart = requires { requires D::in_chart; };
   using X = Vector<Scalar, n>;
   using Square = Matrix<Scalar, n, n>;
-  using At = StepContext<Scalar, DynamicsTraits<D>::controls>;
+  using At = detail::Context<Scalar, D>;
   using Report = FlowRecord<Scalar, n, p>;
   using Coefficients = RiccatiCoefficients<Scalar, n, p>;
 
+  /// What the functions of the model are given beside x and the time.
+  using Given = std::conditional_t<in_chart, At, Vector<Scalar, DynamicsTraits<D>::controls>>;
+  [[nodiscard]] static const Given& given(const At& at) {
+    if constexpr (in_chart)
+      return at;
+    else
+      return at.control;
+  }
+
   Flow(const Rule& rule, const D& dynamics, const ProcessNoise<Scalar, D>& process_noise, const S& sensor,
-       const Signal& signal, const Vector<Scalar, DynamicsTraits<D>::controls>& control)
+       const Signal& signal, const Given& given)
       : rule_(rule),
         dynamics_(dynamics),
         process_noise_(process_noise),
         sensor_(sensor),
         signal_(signal),
-        control_(control) {}
+        given_(given) {}
 
   /// Asks the constants of the model once; to be called before anything else.
   [[nodiscard]] Status prepare(double time, const X& x) {
@@ -76,7 +87,10 @@ class Flow {
   JML_INLINE inline Status derivative(double time, const X& x, const Square& P, X& dx, Square& dP,
                                       Report* report = nullptr) {
     const At now = at(time);
-    const Square A = dynamics_slot<Rule::A>(rule_, dynamics_, x, x, now);
+    if constexpr (in_chart) {
+      if (!dynamics_.reaches(x, now)) return Status::step_too_long;
+    }
+    Square A = dynamics_slot<Rule::A>(rule_, dynamics_, x, x, now);
     kernel::assign(dx, predicted_state(dynamics_, x, now));
     if constexpr (measured) {
       if (!noise_.at_point(sensor_, x, now)) return Status::invalid_noise_covariance;
@@ -87,6 +101,7 @@ class Flow {
       kernel::product_transposed(P, slot_d, PD);         // P Dᵀ
       kernel::product(PD, noise_.inverse, gain);         // K = P Dᵀ R⁻¹
       kernel::add_product<1>(dx, gain, innovation, dx);  // ẋ = f + G w̄ + K (y - m)
+      if constexpr (in_chart) A = A + dynamics_.carried(x, X(gain * innovation), now);
       if (report != nullptr) {
         kernel::assign(report->gain, gain);
         kernel::assign(report->innovation, innovation);
@@ -153,6 +168,9 @@ class Flow {
   [[nodiscard]] Status coefficients(double time, const X& x, Coefficients& out, X& drift,
                                     Vector<Scalar, p>& innovation) {
     const At now = at(time);
+    if constexpr (in_chart) {
+      if (!dynamics_.reaches(x, now)) return Status::step_too_long;
+    }
     out.A = dynamics_slot<Rule::A>(rule_, dynamics_, x, x, now);
     if constexpr (Rule::A == Rule::B)
       out.B = out.A;
@@ -219,7 +237,16 @@ class Flow {
   [[nodiscard]] const D& dynamics() const { return dynamics_; }
   [[nodiscard]] const S& sensor() const { return sensor_; }
   [[nodiscard]] Vector<Scalar, p> measured_at(double time) const { return signal_(time); }
-  [[nodiscard]] At at(double time) const { return {time, Scalar(0), control_}; }
+  [[nodiscard]] At at(double time) const {
+    if constexpr (in_chart) {
+      At now = given_;
+      now.time = time;
+      now.dt = Scalar(0);
+      return now;
+    } else {
+      return {time, Scalar(0), given_};
+    }
+  }
 
  private:
   /// dP = left P + P Bᵀ + G Q Gᵀ, with `left` = A - K E.
@@ -261,7 +288,7 @@ class Flow {
   const ProcessNoise<Scalar, D>& process_noise_;
   const S& sensor_;
   const Signal& signal_;
-  const Vector<Scalar, DynamicsTraits<D>::controls>& control_;
+  const Given& given_;
   struct Nothing {};
   [[no_unique_address]] std::conditional_t<measured, detail::MeasurementNoise<Scalar, n, S>, Nothing> noise_;
   Matrix<Scalar, p, p> feedback_;  // E P Dᵀ of the last derivative, p > 1
