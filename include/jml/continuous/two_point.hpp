@@ -6,7 +6,7 @@
 #pragma once
 
 #include <jml/continuous/signal.hpp>
-#include <jml/continuous/two_point_sweep.hpp>
+#include <jml/continuous/two_point_answers.hpp>
 #include <jml/interval/excess_cost.hpp>
 
 namespace jml {
