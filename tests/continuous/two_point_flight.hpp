@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Flights of the chapter's oscillator (Rusnak 2018, section 6) for the continuous smoother, and its two-point
-/// problem (12) written once more by hand.
+/// Flights of the chapter's oscillator (Rusnak 2018, section 6) for the continuous smoother, and its
+/// two-point problem (12) written once more by hand.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -24,7 +24,8 @@ using Smoother = jml::TwoPoint<models::Oscillator, models::SaturatingSignal>;
 inline double output(double position) { return position / std::sqrt(1 + position * position); }
 inline jml::Estimate<double, 2> chapters_start() { return {{0, 0}, Square{{0.001, 0}, {0, 0.001}}}; }
 
-/// y at 0, dt, … of the truth from (2, 0); both noises white in 100 rad/s, held for π/100 s, unless seed is 0.
+/// y at 0, dt, … of the truth from (2, 0); both noises white in 100 rad/s, held for π/100 s, unless seed is
+/// 0.
 inline std::vector<double> flight(int steps, double dt, std::uint64_t seed) {
   constexpr double band = 3.141592653589793 / 100;
   jml::Noise noise(seed);
@@ -39,8 +40,7 @@ inline std::vector<double> flight(int steps, double dt, std::uint64_t seed) {
     }
     y.push_back(output(x) + e);
     for (int k = 0; k < 4; ++k) {  // midpoint
-      const double h = dt / 4, xm = x + h / 2 * v,
-                   vm = v + h / 2 * (-0.1 * x - 0.02 * (x * x - 1) * v + w);
+      const double h = dt / 4, xm = x + h / 2 * v, vm = v + h / 2 * (-0.1 * x - 0.02 * (x * x - 1) * v + w);
       x += h * vm;
       v += h * (-0.1 * xm - 0.02 * (xm * xm - 1) * vm + w);
     }
@@ -54,7 +54,9 @@ inline void record(Smoother& smoother, const std::vector<double>& y, double dt) 
     EXPECT_EQ(smoother.step(jml::Line{y[k], y[k + 1]}, dt), jml::Status::ok);
 }
 inline Smoother smoother_of(const std::vector<double>& y, double dt) {
-  Smoother smoother{models::Oscillator{}, models::SaturatingSignal{}, chapters_start(),
+  Smoother smoother{models::Oscillator{},
+                    models::SaturatingSignal{},
+                    chapters_start(),
                     {.steps = static_cast<int>(y.size()) - 1}};
   record(smoother, y, dt);
   return smoother;
