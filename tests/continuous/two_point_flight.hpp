@@ -24,42 +24,57 @@ using Smoother = jml::TwoPoint<models::Oscillator, models::SaturatingSignal>;
 inline double output(double position) { return position / std::sqrt(1 + position * position); }
 inline jml::Estimate<double, 2> chapters_start() { return {{0, 0}, Square{{0.001, 0}, {0, 0.001}}}; }
 
+/// A model and where its estimate starts. The default: the chapter's.
+struct Case {
+  models::Oscillator oscillator{};
+  models::SaturatingSignal sensor{};
+  jml::Estimate<double, 2> start = chapters_start();
+};
+/// The other paper's oscillator and a start beside the truth, R = 1e-2: what (19) along the smoothed
+/// trajectory was first tried on.
+inline Case gentle() { return {{1, 0.1, 1, 1}, {1e-2}, {{1.5, 0.3}, Square{{0.25, 0}, {0, 0.25}}}}; }
+
 /// y at 0, dt, … of the truth from (2, 0); both noises white in 100 rad/s, held for π/100 s, unless seed is
 /// 0.
-inline std::vector<double> flight(int steps, double dt, std::uint64_t seed) {
+inline std::vector<double> flight(int steps, double dt, std::uint64_t seed, const Case& of = {}) {
   constexpr double band = 3.141592653589793 / 100;
   jml::Noise noise(seed);
   std::vector<double> y;
   double x = 2, v = 0, w = 0, e = 0;
   int drawn = 0;
+  const auto pull = [&](double position, double velocity) {
+    return -of.oscillator.k * position - 2 * of.oscillator.c * (position * position - 1) * velocity + w;
+  };
   for (int i = 0; i <= steps; ++i) {
     while (seed != 0 && drawn * band <= i * dt) {
       w = noise.normal() * std::sqrt(1 / band);
-      e = noise.normal() * std::sqrt(1e-5 / band);
+      e = noise.normal() * std::sqrt(of.sensor.r / band);
       ++drawn;
     }
     y.push_back(output(x) + e);
     for (int k = 0; k < 4; ++k) {  // midpoint
-      const double h = dt / 4, xm = x + h / 2 * v, vm = v + h / 2 * (-0.1 * x - 0.02 * (x * x - 1) * v + w);
+      const double h = dt / 4, xm = x + h / 2 * v, vm = v + h / 2 * pull(x, v);
       x += h * vm;
-      v += h * (-0.1 * xm - 0.02 * (xm * xm - 1) * vm + w);
+      v += h * pull(xm, vm);
     }
   }
   return y;
 }
 
 /// Straight lines between the samples.
-inline void record(Smoother& smoother, const std::vector<double>& y, double dt) {
+inline Smoother smoother_of(const std::vector<double>& y, double dt, const Case& of = {}) {
+  const int steps = static_cast<int>(y.size()) - 1;
+  Smoother smoother{of.oscillator, of.sensor, of.start, {.steps = steps}};
   for (std::size_t k = 0; k + 1 < y.size(); ++k)
     EXPECT_EQ(smoother.step(jml::Line{y[k], y[k + 1]}, dt), jml::Status::ok);
-}
-inline Smoother smoother_of(const std::vector<double>& y, double dt) {
-  Smoother smoother{models::Oscillator{},
-                    models::SaturatingSignal{},
-                    chapters_start(),
-                    {.steps = static_cast<int>(y.size()) - 1}};
-  record(smoother, y, dt);
   return smoother;
+}
+
+/// The largest distance between two trajectories.
+inline double distance(const Smoother& a, const Smoother& b) {
+  double most = 0;
+  for (int k = 0; k <= a.steps(); ++k) most = std::max(most, (a.x(k) - b.x(k)).norm());
+  return most;
 }
 
 /// The right-hand side of (12) for z = (x, λ), with µ = 1, c = 0.01, k = 0.1, Q = 1, R = 1e-5.

@@ -92,6 +92,21 @@ TEST(TwoPoint, SweptFiltersEndThere) {
   expect_there(jml::Ekf{}, 0);
 }
 
+TEST(TwoPoint, SweptFiltersEndThereOnEveryFlight) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const Case of = gentle();
+    Smoother smoother = smoother_of(flight(100, 0.03, seed, of), 0.03, of);
+    ASSERT_EQ(smoother.solve().status, Status::ok) << seed;
+    const auto expect_there = [&](const auto& rule) {
+      Smoother swept = smoother;
+      ASSERT_EQ(jml::sweep(swept, rule).status, Status::ok) << seed;
+      EXPECT_LT(distance(swept, smoother), 1e-8) << seed;
+    };
+    expect_there(jml::Rnls{});
+    expect_there(jml::Ekf{});
+  }
+}
+
 TEST(TwoPoint, SweepsBegunAtTheAnswerStay) {
   const auto y = flight(200, 5e-3, 4);
   Smoother smoother = smoother_of(y, 5e-3);
