@@ -21,11 +21,12 @@ struct ExcessCost {
   Scalar value = std::numeric_limits<Scalar>::quiet_NaN();
 };
 
-/// The excess of `x`, an estimate of the last state of `batch`, whose options hold. The argument is a copy:
-/// the caller's batch keeps its answer, and the copy uses the heap.
-template <typename D, typename List, typename Scalar, int n>
-[[nodiscard]] ExcessCost<Scalar> excess_cost(Batch<D, List, Scalar> batch, const Vector<Scalar, n>& x) {
-  static_assert(n == states_of<D>, "jml: the estimate has not as many states as the dynamics");
+namespace detail {
+
+/// Of a Batch, or what serves in the place of one.
+template <typename Interval, typename Scalar, int n>
+[[nodiscard]] ExcessCost<Scalar> excess_cost_of(Interval batch, const Vector<Scalar, n>& x) {
+  static_assert(n == Interval::states, "jml: the estimate has not as many states as the dynamics");
   if (!all_finite(x)) return {Status::invalid_state};
   batch.options.tolerance = 0;  // the default: the difference is of two minima
   const auto least = batch.solve();
@@ -40,7 +41,7 @@ template <typename D, typename List, typename Scalar, int n>
   constexpr Scalar slack = Scalar(1e4) * epsilon;
 
   // Units: the standard deviations where there are any. A state that is certain stays so, or x is elsewhere.
-  detail::Terminal<Scalar, n> end;
+  Terminal<Scalar, n> end;
   constexpr Scalar stiffness = 1e4;
   for (int i = 0; i < n; ++i) {
     if (size(i) > Scalar(0)) end.weight(i, i) = stiffness / P(i, i);
@@ -48,7 +49,7 @@ template <typename D, typename List, typename Scalar, int n>
   end.target = x;
   for (int round = 0; round < 30; ++round) {
     store.end_near(end);
-    const auto held = detail::minimise(store, batch.options, true, false);
+    const auto held = minimise(store, batch.options, true, false);
     if (!usable(held.status)) return {held.status};
     const Vector<Scalar, n> off = x - batch.x(last);
     bool there = true;
@@ -62,6 +63,15 @@ template <typename D, typename List, typename Scalar, int n>
     end.target += off;
   }
   return {Status::not_a_trajectory};
+}
+
+}  // namespace detail
+
+/// The excess of `x`, an estimate of the last state of `batch`, whose options hold. The argument is a copy:
+/// the caller's batch keeps its answer, and the copy uses the heap.
+template <typename D, typename List, typename Scalar, int n>
+[[nodiscard]] ExcessCost<Scalar> excess_cost(Batch<D, List, Scalar> batch, const Vector<Scalar, n>& x) {
+  return detail::excess_cost_of(std::move(batch), x);
 }
 
 }  // namespace jml

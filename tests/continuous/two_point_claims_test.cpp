@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The chapter's claims measured (Rusnak 2018): how far its filter ends above the least J of (8), and how many
+// sweeps along the smoothed trajectory make it exact.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <jml/continuous/continuous.hpp>
+
+#include "continuous/two_point_flight.hpp"
+
+namespace {
+
+using namespace jml::operators;
+using namespace two_point_flight;
+
+using jml::Status;
+
+/// Mean excess and rms distance to the optimum at the ends of flights.
+struct Distance {
+  double excess = 0, square = 0;
+  int count = 0;
+  [[nodiscard]] double mean() const { return excess / count; }
+  [[nodiscard]] double rms() const { return std::sqrt(square / count); }
+};
+
+/// Of the EKF, SDDRE and RNLS filters at five times of flights of 20 s, 1 ms.
+std::array<Distance, 3> filters(std::uint64_t first, std::uint64_t last) {
+  std::array<Distance, 3> out;
+  constexpr int steps = 20000;
+  constexpr double dt = 1e-3;
+  for (std::uint64_t seed = first; seed <= last; ++seed) {
+    const auto y = flight(steps, dt, seed);
+    const models::SaturatingSignal sensor;
+    jml::Filter ekf{jml::Continuous{jml::Ekf{}}, models::Oscillator{}, chapters_start()};
+    jml::Filter sddre{jml::Continuous{jml::Sddre{}}, models::Oscillator{}, chapters_start()};
+    jml::Filter rnls{jml::Continuous{jml::Rnls{}}, models::Oscillator{}, chapters_start()};
+    Smoother smoother{models::Oscillator{}, sensor, chapters_start(), {.steps = steps}};
+    for (int k = 0; k < steps; ++k) {
+      const jml::Line line{y[std::size_t(k)], y[std::size_t(k) + 1]};
+      EXPECT_EQ(smoother.step(line, dt), Status::ok);
+      EXPECT_EQ(ekf.step(sensor, line, dt).status, Status::ok);
+      EXPECT_EQ(sddre.step(sensor, line, dt).status, Status::ok);
+      EXPECT_EQ(rnls.step(sensor, line, dt).status, Status::ok);
+      if ((k + 1) % 4000 != 0) continue;
+      EXPECT_TRUE(usable(smoother.solve().status)) << seed;
+      const std::array<X, 3> estimates{ekf.x(), sddre.x(), rnls.x()};
+      for (std::size_t i = 0; i < 3; ++i) {
+        const auto excess = jml::excess_cost(smoother, estimates[i]);
+        EXPECT_EQ(excess.status, Status::ok) << seed;
+        out[i].excess += excess.value;
+        out[i].square += jml::kernel::squared_norm(estimates[i] - smoother.x());
+        ++out[i].count;
+      }
+    }
+  }
+  return out;
+}
+
+void print(const char* what, const std::array<Distance, 3>& of) {
+  std::printf("%s: excess EKF %.2e, SDDRE %.2e, RNLS %.2e; rms distance %.1e, %.1e, %.1e\n", what,
+              of[0].mean(), of[1].mean(), of[2].mean(), of[0].rms(), of[1].rms(), of[2].rms());
+}
+
+TEST(TwoPointClaims, FiltersAboveTheLeastCriterion) {
+  const auto noisy = filters(1, 6), smooth = filters(0, 0);
+  print("both noises", noisy);
+  print("no noise", smooth);
+  EXPECT_LT(noisy[0].mean(), 0.05);
+  EXPECT_GT(noisy[1].mean(), 0.1);
+  EXPECT_GT(noisy[2].mean(), 0.1);
+  EXPECT_LT(noisy[2].mean(), 10);
+  for (const Distance& of : smooth) EXPECT_LT(of.mean(), 0.01);
+}
+
+/// How the sweeps of a rule end on a thousand flights of 3 s.
+struct Share {
+  int converged = 0, there = 0;
+  std::array<std::vector<double>, 5> after;  // 1, 2, 5, 10, 20 sweeps
+  std::vector<double> sweeps;
+};
+template <typename Rule>
+void run(const Rule& rule, const Smoother& smoother, Share& out) {
+  Smoother swept = smoother;
+  const auto report = jml::sweep(swept, rule, {}, [&](const auto& so_far) {
+    constexpr std::array counts{1, 2, 5, 10, 20};
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      if (so_far.sweeps == counts[i]) out.after[i].push_back(distance(swept, smoother));
+    }
+  });
+  out.sweeps.push_back(report.sweeps);
+  if (report.status != Status::ok) return;
+  ++out.converged;
+  out.there += distance(swept, smoother) < 1e-7;
+}
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values.empty() ? 0 : values[values.size() / 2];
+}
+void print(const char* what, const Share& of) {
+  std::printf(
+      "%s: %d converged, %d of them at the optimum, median of %.0f sweeps; median distance after 1, 2, 5, "
+      "10, "
+      "20:",
+      what, of.converged, of.there, median(of.sweeps));
+  for (const auto& values : of.after) std::printf(" %.1e", median(values));
+  std::printf("\n");
+}
+
+TEST(TwoPointClaims, SweptOnAThousandFlights) {
+  constexpr int flights = 1000;
+  const Case of = gentle();
+  Share rnls, gauss_newton;
+  for (std::uint64_t seed = 1; seed <= flights; ++seed) {
+    Smoother smoother = smoother_of(flight(300, 0.01, seed, of), 0.01, of);
+    ASSERT_EQ(smoother.solve().status, Status::ok) << seed;
+    run(jml::Rnls{}, smoother, rnls);
+    run(jml::Ekf{}, smoother, gauss_newton);
+  }
+  print("RNLS swept", rnls);
+  print("Gauss-Newton", gauss_newton);
+  EXPECT_GE(rnls.there, 990);
+  EXPECT_GE(gauss_newton.there, 990);
+  EXPECT_LT(median(rnls.sweeps), 40);
+  EXPECT_LT(median(rnls.after[4]), 1e-5);
+}
+
+}  // namespace
