@@ -77,6 +77,7 @@ struct Basin {
   int refused = 0;    ///< a step was refused, and the run ended there
   int at_start = 0;   ///< of these, by the first step
   int full_rank = 0;  ///< not found, though the four ranks of the Remark were 2 all the way
+  int escaped = 0;    ///< of these, by P that escaped to infinity
   long solutions = 0, cold = 0, samples = 0;  ///< algebraic equations solved, from nothing; samples taken
 };
 
@@ -119,10 +120,12 @@ Basin basin(const Method& method, System system, double r, bool watch = false) {
       auto filter = filter_from();
       bool refused = false, full_rank = watch;
       double sign = 0;
+      jml::Status last = jml::Status::ok;
       for (std::size_t i = 0; i < samples && !refused; ++i) {
         const double from = sensor.measurement(truth[i])(0), to = sensor.measurement(truth[i + 1])(0);
         const auto report = filter.step(sensor, jml::Line{from, to}, dt);
-        refused = !jml::usable(report.status);
+        last = report.status;
+        refused = !jml::usable(last);
         out.at_start += refused && i == 0;
         ++out.samples;
         if (full_rank) full_rank = sound(plant, sensor, filter.x(), sign);
@@ -138,6 +141,7 @@ Basin basin(const Method& method, System system, double r, bool watch = false) {
       out.found += found;
       out.elsewhere += !refused && !found;
       out.full_rank += full_rank && !found;
+      out.escaped += full_rank && last == jml::Status::riccati_escape;
     }
   }
   return out;
