@@ -8,8 +8,8 @@
 ///     δb = k + K δ,  k = -C⁻¹ g,  K = -C⁻¹ Uᵀ A,
 ///     λ ← Aᵀ (λ + U k),  Λ ← Aᵀ (Λ - U C⁻¹ Uᵀ) A,  and J can fall by ½ gᵀ C⁻¹ g.
 /// Nothing but C is inverted, and C ≥ I: P_0 = 0 and a rank-deficient G Q Gᵀ are ordinary. Where k = 0 for
-/// all steps, λ is the costate of the stationarity conditions (12), (13): w = Q Gᵀ λ up to sign. μ is
-/// Levenberg-Marquardt damping in the whitened disturbances, free of units.
+/// all steps, λ is the costate of the two-point problem, eq. (12) of Rusnak 2018, at the nodes: w = Q Gᵀ λ up
+/// to sign. μ is Levenberg-Marquardt damping in the whitened disturbances, free of units.
 #pragma once
 
 #include <jml/factors.hpp>
