@@ -61,9 +61,9 @@ enum class Status : std::uint8_t {
   state_unbounded,  ///< bounded noise: a state has no bound yet, neither from a prior box nor from a
                     ///< measurement
   no_feasible_point,  ///< no trajectory of the model lies within the bounds of its states and disturbances
-  damaged_image,    ///< no saved image, one cut short or changed since it was saved, or one that says what the
-                    ///< object cannot be
-  foreign_image,    ///< an intact image, of another filter or another format
+  damaged_image,  ///< no saved image, one cut short or changed since it was saved, or one that says what the
+                  ///< object cannot be
+  foreign_image,  ///< an intact image, of another filter or another format
 };
 /// For what is restored: jml/image/parts.hpp.
 constexpr Status last_value(Status) { return Status::foreign_image; }

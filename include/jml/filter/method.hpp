@@ -47,8 +47,8 @@
 ///                           them, its verbs are predict(belief, at), correct(belief, sample, report) and
 ///                           step(belief, sample, report), and each restores it on refusal.
 ///
-/// A belief and a method of numbers, matrices and plain structs of them are saved by filter/save.hpp without a
-/// word; another class names its parts (image/parts.hpp). A workspace in a Model is not saved.
+/// A belief and a method of numbers, matrices and plain structs of them are saved by filter/save.hpp without
+/// a word; another class names its parts (image/parts.hpp). A workspace in a Model is not saved.
 ///
 /// Examples, with their tests: examples/write_your_own/.
 #pragma once
