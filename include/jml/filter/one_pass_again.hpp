@@ -118,7 +118,8 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
   const bool extended = fine || combines || report.rounding > plain_error<Scalar> / Scalar(100);
   if (!(report.rounding <= worst_error<Scalar> / Scalar(8))) {  // it could be lost: is it?
     report.rounding = dense_rounding<n>(two);
-    if (combines || !(report.rounding <= Scalar(8e-4))) return report.status = Status::covariance_lost, prior;
+    const bool kept = !combines && extended_epsilon<Scalar> * spread <= plain_error<Scalar>;
+    if (!kept || !(report.rounding <= Scalar(8e-4))) return report.status = Status::covariance_lost, prior;
   }
   for (int i = 0; i < n; ++i) {
     next.x(i) = in_two<Scalar>(two.x(i)).high;
