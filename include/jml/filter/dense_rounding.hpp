@@ -9,7 +9,8 @@
 namespace jml::detail {
 
 /// The most that rounding P to Scalar changes it in any direction, relative: the Frobenius norm of
-/// D^-½ U⁻¹ (P rounded - P) U⁻ᵀ D^-½. A zero in D counts for nothing; no number where a D is infinite.
+/// D^-½ U⁻¹ (P rounded - P) U⁻ᵀ D^-½, and what P may have lost as a matrix in twice the digits already. A
+/// zero in D counts for nothing; no number where a D is infinite.
 template <int n, typename Scalar>
 [[nodiscard]] JML_RARE Scalar dense_rounding(const ExtendedStep<Scalar>& two) {
   using T = Extended<Scalar>;
@@ -31,7 +32,8 @@ template <int n, typename Scalar>
       if (d != Scalar(0) && other != Scalar(0)) sum += share * share;
     }
   }
-  return std::sqrt(sum);
+  const Scalar magnification = two.magnification_of_now();
+  return std::sqrt(sum) + Scalar(n) * extended_epsilon<Scalar> * magnification * magnification;
 }
 
 }  // namespace jml::detail

@@ -63,8 +63,8 @@ template <typename Rule, typename Sample, typename At, typename Scalar, int n, t
 
 /// A prediction over `at` (where `moves`) and the correction with a sample (Unobserved: none) at `at_y`, from
 /// `prior` in twice the digits; by value, so that the estimate of the usual way stays in registers. P⁺ is
-/// rounded to an n×n matrix again. covariance_lost where that matrix cannot hold it: its correlations are
-/// nearer to singular than `worst_error` allows.
+/// rounded to an n×n matrix again. covariance_lost where that matrix cannot hold it: rounding could change it
+/// by more than an eighth of `worst_error` in some direction, and does by more than 8e-4.
 template <bool moves, typename Rule, typename Model, typename Belief, typename At, typename Sample,
           typename AtY, typename Report>
 [[nodiscard]] JML_RARE Belief plain_in_two(const Rule& rule, const Model& model, const Belief& prior,
@@ -118,8 +118,8 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
   const bool extended = fine || combines || report.rounding > plain_error<Scalar> / Scalar(100);
   if (!(report.rounding <= worst_error<Scalar> / Scalar(8))) {  // it could be lost: is it?
     report.rounding = dense_rounding<n>(two);
-    if (combines || !(report.rounding <= Scalar(8e-4)))
-      return report.status = Status::covariance_lost, prior;
+    const bool kept = !combines && extended_epsilon<Scalar> * spread <= plain_error<Scalar>;
+    if (!kept || !(report.rounding <= Scalar(8e-4))) return report.status = Status::covariance_lost, prior;
   }
   for (int i = 0; i < n; ++i) {
     next.x(i) = in_two<Scalar>(two.x(i)).high;
