@@ -90,7 +90,8 @@ JML_NOINLINE Root<Step> solve_joint_step(const Rule& rule, const Step& step,
   using Scalar = typename Step::X::Scalar;
   const IterationOptions& options = rule.options;
   const Scalar tolerance = options.tolerance > 0 ? Scalar(options.tolerance) : default_tolerance<Scalar>();
-  const Scalar start_cost = start_cost_of(start);
+  const Scalar start_cost =
+      kernel::dot(start.visit.innovation, start.visit.weighted_innovation) / Scalar(2);  // x_s = x̂, w = 0
   const auto judge_cost = [&](Root<Step>& root) JML_INLINE {
     root.cost = std::numeric_limits<Scalar>::quiet_NaN();
     if (!usable(root.status) || root.status == Status::accepted_at_limit)
@@ -121,10 +122,6 @@ JML_NOINLINE Root<Step> solve_joint_step(const Rule& rule, const Step& step,
   if (!usable(root.status) && options.use_fallback && !options.accept_at_limit) {
     root = use_fallback_solver(rule, step, prediction, tolerance, root);
     judge_cost(root);
-    if (!usable(root.status)) {
-      root = approach_by_degrees(rule, step, tolerance, start_cost, root);
-      judge_cost(root);
-    }
   }
   if constexpr (Bend<Step>::of_m || Bend<Step>::of_f) {
     const bool found = usable(root.status), searched = options.use_fallback && !options.accept_at_limit;
