@@ -11,11 +11,13 @@
 
 namespace jml::detail {
 
-/// Newton on the two lines from root.z; judges what it reached.
+/// Newton on the two lines from root.z, until their residual is at the tolerance or `enough`; judges what it
+/// reached.
 template <typename Step, typename Scalar>
-JML_RARE Root<Step> polish(const Step& step, Scalar tolerance, int max_newton, Root<Step> root) {
+JML_RARE Root<Step> polish(const Step& step, Scalar tolerance, int max_newton, Root<Step> root,
+                           Scalar enough = 0) {
   root.status = Status::not_converged;
-  const SolverReport newton = damped_newton(step, root.z, tolerance, max_newton);
+  const SolverReport newton = damped_newton(step, root.z, std::max(tolerance, enough), max_newton);
   root.iterations += newton.iterations;
   root.at = root.z;
   if (!step.visit_apart(root.z, root.visit)) return root;

@@ -53,8 +53,11 @@ JML_INLINE inline Root<Step> iterate(const Rule& rule, const Step& step, const t
     const Scalar move = step.moved(plain, root.z);
     no_shorter = move < shortest / Scalar(2) ? 0 : no_shorter + 1;
     shortest = move < shortest ? move : shortest;
-    settled = move <= tolerance;                                    // no sweep will move it any more
-    root.stalled = no_shorter > 1 && move <= std::sqrt(tolerance);  // nor any less far: rounding moves it
+    settled = move <= tolerance;  // no sweep will move it any more
+    // Nor any less far: rounding moves it. Or soon will, where that of z is a large residual.
+    root.stalled = move <= std::sqrt(tolerance) &&
+                   (no_shorter > 1 ||
+                    root.residual * std::numeric_limits<Scalar>::epsilon() > std::sqrt(tolerance) * move);
     if (root.stalled && !options.accept_at_limit) break;
     if constexpr (picard)
       kernel::assign(root.z, plain);
@@ -120,8 +123,15 @@ JML_NOINLINE Root<Step> solve_joint_step(const Rule& rule, const Step& step,
   judge_cost(root);
   const bool took_long = root.stalled ? root.iterations > 12 : root.iterations > 7 || !usable(root.status);
   if (!usable(root.status) && options.use_fallback && !options.accept_at_limit) {
-    root = use_fallback_solver(rule, step, prediction, tolerance, root);
-    judge_cost(root);
+    if (root.stalled) {
+      root = polish(step, tolerance, options.max_newton, root, step.rounding(root.z, root.visit));
+      root.solver = Solver::newton;
+      judge_cost(root);
+    }
+    if (!usable(root.status)) {
+      root = use_fallback_solver(rule, step, prediction, tolerance, root);
+      judge_cost(root);
+    }
   }
   if constexpr (Bend<Step>::of_m || Bend<Step>::of_f) {
     const bool found = usable(root.status), searched = options.use_fallback && !options.accept_at_limit;
