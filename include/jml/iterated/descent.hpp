@@ -5,18 +5,19 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <jml/iterated/minimum.hpp>
 #include <jml/iterated/root.hpp>
 #include <jml/solve/newton.hpp>
 
 namespace jml::detail {
 
-/// Newton on the two lines from root.z; judges what it reached.
+/// Newton on the two lines from root.z, until their residual is at the tolerance or `enough`; judges what it
+/// reached.
 template <typename Step, typename Scalar>
-JML_RARE Root<Step> polish(const Step& step, Scalar tolerance, int max_newton, Root<Step> root) {
+JML_RARE Root<Step> polish(const Step& step, Scalar tolerance, int max_newton, Root<Step> root,
+                           Scalar enough = 0) {
   root.status = Status::not_converged;
-  const SolverReport newton = damped_newton(step, root.z, tolerance, max_newton);
+  const SolverReport newton = damped_newton(step, root.z, std::max(tolerance, enough), max_newton);
   root.iterations += newton.iterations;
   root.at = root.z;
   if (!step.visit_apart(root.z, root.visit)) return root;
@@ -46,7 +47,7 @@ JML_RARE Root<Step> use_fallback_solver(const Rule& rule, const Step& step,
                                         const typename Step::X& prediction, Scalar tolerance,
                                         Root<Step> root) {
   constexpr int n = static_cast<int>(Step::X::RowsAtCompileTime);
-  const WhitenedStep<Step, Scalar, n> whitened(step);
+  const WhitenedStep<Step, Scalar, n> whitened(step, rule.options);
   static_assert(LeastSquaresSolver<typename Rule::Fallback, WhitenedStep<Step, Scalar, n>, Scalar>,
                 "jml: the fallback solver of an iterated rule has minimize(problem, u) and a name, see "
                 "jml::LeastSquaresSolver");
@@ -59,32 +60,6 @@ JML_RARE Root<Step> use_fallback_solver(const Rule& rule, const Step& step,
   return polish(step, tolerance, rule.options.max_newton, root);
 }
 
-/// The same through a sequence of easier problems: the measurement counts for so little at first that its
-/// innovation is one deviation, and ten times as much each time. Where a sensor is far better than the prior,
-/// the valley of (11) is narrow and bent, and the way along it long.
-template <typename Rule, typename Step, typename Scalar>
-JML_RARE Root<Step> approach_by_degrees(const Rule& rule, const Step& step, Scalar tolerance,
-                                        Scalar start_cost, Root<Step> root) {
-  constexpr int n = static_cast<int>(Step::X::RowsAtCompileTime);
-  WhitenedStep<Step, Scalar, n> whitened(step);
-  Vector<Scalar, 2 * n> u = kernel::zeros<Vector<Scalar, 2 * n>>();
-  Scalar weight = start_cost > Scalar(0.5) ? Scalar(0.5) / start_cost : Scalar(1);
-  for (int stage = 0; stage < 40; ++stage, weight *= Scalar(10)) {
-    whitened.share = weight < Scalar(1) ? std::sqrt(weight) : Scalar(1);
-    const bool last = whitened.share == Scalar(1);
-    for (int again = last ? 0 : 3; again < 4; ++again) {
-      const SolverReport found = rule.fallback.minimize(whitened, u);
-      root.iterations += found.iterations;
-      if (found.converged) break;
-    }
-    if (last) break;
-  }
-  root.solver = Rule::Fallback::solver;
-  root.z = whitened.point(u);
-  root.status = Status::not_converged;
-  return all_finite(root.z) ? polish(step, tolerance, rule.options.max_newton, root) : root;
-}
-
 /// Down from a root that is no minimum of (11), if it is none: by the fallback solver from both sides of it,
 /// along a direction in which (11) falls; the lower of the minima reached. no_minimum: none is.
 template <typename Rule, typename Step, typename Scalar>
@@ -93,7 +68,7 @@ JML_RARE Root<Step> leave_saddle(const Rule& rule, const Step& step, Scalar tole
   constexpr int n = static_cast<int>(Step::X::RowsAtCompileTime);
   using U = Vector<Scalar, 2 * n>;
   using Whitened = WhitenedStep<Step, Scalar, n>;
-  const Whitened whitened(step);
+  const Whitened whitened(step, rule.options);
   const auto cost_at = [&](const U& u) {
     Vector<Scalar, Whitened::residuals> r;
     return whitened.evaluate(u, r, nullptr) ? kernel::dot(r, r) / Scalar(2)
@@ -140,69 +115,47 @@ JML_RARE Root<Step> leave_saddle(const Rule& rule, const Step& step, Scalar tole
   return root;
 }
 
-/// (11) at x_s = x̂, w = 0.
-template <typename Step>
-[[nodiscard]] auto start_cost_of(const Root<Step>& start) {
-  return kernel::dot(start.visit.innovation, start.visit.weighted_innovation) / typename Step::X::Scalar(2);
-}
-
-/// The columns of L along which the models bend most at the start, the most bent first: `count` of them.
-template <typename Step, typename Scalar, int n>
-[[nodiscard]] JML_RARE int most_bent_axes(const WhitenedStep<Step, Scalar, n>& whitened,
-                                          const Bend<Step>& bend, const typename Step::Visit& at, int count,
-                                          std::array<int, n>& axes) {
-  std::array<Scalar, n> sizes{};
-  int found = 0;
-  for (int i = 0; i < n; ++i) {
-    const Vector<Scalar, n> along = kernel::column_of(whitened.L, i), moved = at.f_x * along;
-    if (kernel::squared_norm(along) == Scalar(0)) continue;
-    const Scalar size = std::abs(kernel::dot(moved, Vector<Scalar, n>(bend.m * moved))) +
-                        std::abs(kernel::dot(along, Vector<Scalar, n>(bend.f * along)));
-    int place = found++;
-    for (; place > 0 && sizes[static_cast<std::size_t>(place - 1)] < size; --place) {
-      sizes[static_cast<std::size_t>(place)] = sizes[static_cast<std::size_t>(place - 1)];
-      axes[static_cast<std::size_t>(place)] = axes[static_cast<std::size_t>(place - 1)];
-    }
-    sizes[static_cast<std::size_t>(place)] = size;
-    axes[static_cast<std::size_t>(place)] = i;
-  }
-  return found < count ? found : count;
-}
-
 /// A root of a symmetric P made sure of: a minimum, and where the step bends much and the first attempt took
-/// long or failed, the lowest of those that the fallback solver goes down to from the start, by degrees, and
-/// from options.starts points about x̂.
+/// long or failed, the lowest of those that the fallback solver goes down to from the start and from
+/// options.starts points strewn about x̂. No lower root is farther from x̂ than √(2 J) deviations, J that of
+/// the lowest known: the points are of a cube with 0.7 of that on
+/// each side.
 template <typename Rule, typename Step, typename Scalar>
 JML_RARE Root<Step> seek_minimum(const Rule& rule, const Step& step, const typename Step::X& prediction,
                                  Scalar tolerance, const Root<Step>& start, Root<Step> root, bool took_long) {
   constexpr int n = static_cast<int>(Step::X::RowsAtCompileTime);
   const bool may_descend = rule.options.use_fallback, failed = !usable(root.status);
-  const bool by_fallback = root.solver == Rule::Fallback::solver;
   const auto make_sure = [&](const Root<Step>& of) {
     const Bend<Step> bend(step, of.z, of.visit);
     return bend.is_slight(step, of.visit) ? of : leave_saddle(rule, step, tolerance, of, may_descend);
   };
+  const bool by_fallback = root.solver == Rule::Fallback::solver;
   if (!failed) root = make_sure(root);
-  const Bend<Step> bend(step, start.z, start.visit);
-  if (!may_descend || !(took_long || failed) || bend.is_slight(step, start.visit)) return root;
+  if (!may_descend || !(took_long || failed) ||
+      Bend<Step>(step, start.z, start.visit).is_slight(step, start.visit))
+    return root;
   const auto compare = [&](Root<Step> other) {
     const int iterations = other.iterations;
     if (usable(other.status)) {
       other.cost = step.cost_at_root(other.visit);
       other = make_sure(other);
-      if (usable(other.status) && !(usable(root.status) && root.cost <= other.cost)) root = other;
     }
+    if (usable(other.status) && !(usable(root.status) && root.cost <= other.cost)) root = other;
     root.iterations = iterations;
   };
   if (!by_fallback) compare(use_fallback_solver(rule, step, prediction, tolerance, root));
-  if (!failed) compare(approach_by_degrees(rule, step, tolerance, start_cost_of(start), root));
-  const WhitenedStep<Step, Scalar, n> whitened(step);
-  std::array<int, n> axes{};
-  const int starts = std::min(rule.options.starts, 2 * n);
-  const int count = most_bent_axes<Step, Scalar, n>(whitened, bend, start.visit, (starts + 1) / 2, axes);
-  for (int k = 0; k < 2 * count && k < starts; ++k) {
-    Vector<Scalar, 2 * n> u = kernel::zeros<Vector<Scalar, 2 * n>>();
-    u(axes[static_cast<std::size_t>(k / 2)]) = k % 2 == 0 ? Scalar(1.5) : Scalar(-1.5);
+  const WhitenedStep<Step, Scalar, n> whitened(step, rule.options);
+  Scalar ratio = 1;  // r^(2n+1) = r + 1: the points k (1/r, 1/r², …) modulo 1 are even (Roberts 2018)
+  for (int k = 0; k < 60; ++k) ratio = std::pow(Scalar(1) + ratio, Scalar(1) / Scalar(2 * n + 1));
+  for (int k = 1; k <= std::min(rule.options.starts, most_starts); ++k) {
+    const Scalar side =
+        Scalar(1.4) * (usable(root.status) ? std::sqrt(Scalar(2) * std::abs(root.cost)) : Scalar(2));
+    Vector<Scalar, 2 * n> u;
+    Scalar share = Scalar(k);
+    for (int i = 0; i < 2 * n; ++i) {
+      share /= ratio;
+      u(i) = side * (share - std::round(share));
+    }
     compare(descend(rule, step, whitened, tolerance, u, root));
   }
   return root;

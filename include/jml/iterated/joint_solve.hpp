@@ -54,8 +54,11 @@ JML_INLINE inline Root<Step> iterate(const Rule& rule, const Step& step, const t
     const Scalar move = step.moved(plain, root.z);
     no_shorter = move < shortest / Scalar(2) ? 0 : no_shorter + 1;
     shortest = move < shortest ? move : shortest;
-    settled = move <= tolerance;                                    // no sweep will move it any more
-    root.stalled = no_shorter > 1 && move <= std::sqrt(tolerance);  // nor any less far: rounding moves it
+    settled = move <= tolerance;  // no sweep will move it any more
+    // Nor any less far: rounding moves it. Or soon will, where that of z is a large residual.
+    root.stalled = move <= std::sqrt(tolerance) &&
+                   (no_shorter > 1 ||
+                    root.residual * std::numeric_limits<Scalar>::epsilon() > std::sqrt(tolerance) * move);
     if (root.stalled && !options.accept_at_limit) break;
     if constexpr (picard)
       kernel::assign(root.z, plain);
@@ -115,7 +118,8 @@ JML_NOINLINE Root<Step> solve_joint_step(const Rule& rule, const Step& step,
   using Scalar = typename Step::X::Scalar;
   const IterationOptions& options = rule.options;
   const Scalar tolerance = options.tolerance > 0 ? Scalar(options.tolerance) : default_tolerance<Scalar>();
-  const Scalar start_cost = start_cost_of(start);
+  const Scalar start_cost =
+      kernel::dot(start.visit.innovation, start.visit.weighted_innovation) / Scalar(2);  // x_s = x̂, w = 0
   const auto judge_cost = [&](Root<Step>& root) JML_INLINE {
     root.cost = std::numeric_limits<Scalar>::quiet_NaN();
     if (!usable(root.status) || root.status == Status::accepted_at_limit)
@@ -146,10 +150,13 @@ JML_NOINLINE Root<Step> solve_joint_step(const Rule& rule, const Step& step,
   const bool alone = looks_here_alone(step);
   const bool took_long = root.stalled ? root.iterations > 12 : root.iterations > 7 || !usable(root.status);
   if (!usable(root.status) && options.use_fallback && !options.accept_at_limit) {
-    root = use_fallback_solver(rule, step, prediction, tolerance, root);
-    judge_cost(root);
+    if (root.stalled) {
+      root = polish(step, tolerance, options.max_newton, root, step.rounding(root.z, root.visit));
+      root.solver = Solver::newton;
+      judge_cost(root);
+    }
     if (!usable(root.status)) {
-      root = approach_by_degrees(rule, step, tolerance, start_cost, root);
+      root = use_fallback_solver(rule, step, prediction, tolerance, root);
       judge_cost(root);
     }
   }

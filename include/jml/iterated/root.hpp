@@ -25,8 +25,8 @@ struct IterationOptions {
   bool accept_at_limit = false;  ///< take the last sweep as it is: a fixed number of sweeps, no fallback
   bool use_fallback = true;      ///< call the fallback solver where the first attempt failed
   int max_newton = 30;           ///< Newton steps of the fallback solver's second half
-  int starts = 6;  ///< further starts of a step that bends and took long: 1.5 deviations beside x̂, along the
-                   ///< axes on which it bends most; ≥ 0
+  int starts = 20;  ///< further starts of a step that bends and took long, strewn about x̂; ≥ 0, of which at
+                    ///< most 100 are made
 };
 
 namespace detail {
@@ -35,6 +35,8 @@ template <typename Scalar>
 constexpr Scalar default_tolerance() {
   return std::is_same_v<Scalar, float> ? Scalar(1e-5) : Scalar(1e-12);
 }
+
+inline constexpr int most_starts = 100;
 
 inline bool valid(const IterationOptions& o) {
   const bool can_answer = o.method == Iteration::none ? o.use_fallback && !o.accept_at_limit

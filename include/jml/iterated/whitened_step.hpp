@@ -4,7 +4,8 @@
 /// minimises.
 #pragma once
 
-#include <jml/iterated/joint_step.hpp>
+#include <jml/iterated/bend.hpp>
+#include <jml/iterated/root.hpp>
 
 namespace jml::detail {
 
@@ -13,16 +14,17 @@ namespace jml::detail {
 /// norm of the two lines instead is a trap: it stalls at points that are no roots.
 template <typename Step, typename Scalar, int n>
 struct WhitenedStep {
-  static constexpr bool whitened = true;
+  static constexpr bool whitened = true, curved = Bend<Step>::of_m || Bend<Step>::of_f;
   static constexpr int p = Step::p, parameters = 2 * n, residuals = 2 * n + p;
   const Step& step;
   Matrix<Scalar, n, n> L, B;
-  Scalar share = 1;  ///< of the measurement's weight R⁻¹: its root
+  Scalar still;  ///< a gradient of (11) in u, in deviations, from which on Newton on the lines is as good
 
-  explicit WhitenedStep(const Step& s)
+  WhitenedStep(const Step& s, const IterationOptions& options)
       : step(s),
         L(kernel::SemidefiniteFactor<Scalar, n>(kernel::symmetric_part(s.prior.P)).L),
-        B(kernel::SemidefiniteFactor<Scalar, n>(s.noise).L) {}
+        B(kernel::SemidefiniteFactor<Scalar, n>(s.noise).L),
+        still(options.max_newton > 0 ? Scalar(1e-2) : Scalar(0)) {}
 
   JML_RARE typename Step::Z point(const Vector<Scalar, 2 * n>& u) const {
     typename Step::Z z;
@@ -76,12 +78,36 @@ struct WhitenedStep {
     return all_finite(r);
   }
 
-  /// v ← share D^{-½} L⁻¹ v of R = L D Lᵀ.
+  /// H ← H - [f_x L  B]ᵀ (Σ ν_k ∇²m_k) [f_x L  B] - [L  0]ᵀ Λ [L  0]: what JᵀJ leaves out of the Hessian.
+  JML_RARE void add_curvature(const Vector<Scalar, 2 * n>& u, Matrix<Scalar, 2 * n, 2 * n>& H) const {
+    typename Step::Visit at;
+    const typename Step::Z z = point(u);
+    if (!step.visit_apart(z, at)) return;
+    const Bend<Step> bend(step, z, at);
+    if (!bend.finite) return;
+    const auto take = [&](const Matrix<Scalar, n, n>& second, const Matrix<Scalar, n, 2 * n>& by) {
+      Matrix<Scalar, n, 2 * n> product;
+      kernel::multiply(second, by, product);
+      kernel::add_symmetric_transposed_product<-1>(H, by, product, H);
+    };
+    Matrix<Scalar, n, 2 * n> by = kernel::zeros<Matrix<Scalar, n, 2 * n>>();
+    kernel::set_block(by, 0, 0, L);
+    if constexpr (Bend<Step>::of_f) take(bend.f, by);
+    if constexpr (Bend<Step>::of_m) {
+      Matrix<Scalar, n, n> fL;
+      kernel::multiply(at.f_x, L, fL);
+      kernel::set_block(by, 0, 0, fL);
+      kernel::set_block(by, 0, n, B);
+      take(bend.m, by);
+    }
+  }
+
+  /// v ← D^{-½} L⁻¹ v of R = L D Lᵀ.
   void whiten(Vector<Scalar, p>& v) const {
     for (int i = 0; i < p; ++i) {
       for (int k = 0; k < i; ++k) v(i) -= step.R_factor.lower(i, k) * v(k);
     }
-    for (int i = 0; i < p; ++i) v(i) *= share * std::sqrt(step.R_factor.inverse_diagonal(i));
+    for (int i = 0; i < p; ++i) v(i) *= std::sqrt(step.R_factor.inverse_diagonal(i));
   }
 };
 

@@ -16,6 +16,9 @@ namespace jml {
 /// have one unit, the same of all: a valley across the axes is then gone along in long steps.
 ///
 /// A step that leads up, as r bends, is bent after it: with the same J to where r is what J had promised.
+/// Where Problem::curved says that there is one, `problem.add_curvature(u, H)` adds to JᵀJ what it lacks of
+/// the Hessian of ½|r|², and the damping grows until the sum is positive definite. Where the problem has
+/// `still`, a gradient no longer than that is the end.
 struct LevenbergMarquardt {
   static constexpr Solver solver = Solver::levenberg_marquardt;
   int max_iterations = 100;
@@ -29,6 +32,7 @@ struct LevenbergMarquardt {
     kernel::SymmetricFactor<Scalar, size> factor;
     if (!problem.evaluate(u, r, &J)) return report;
     constexpr bool whitened = requires { requires Problem::whitened; };
+    constexpr bool curved = requires { requires Problem::curved; };
     Scalar cost = kernel::squared_norm(r), damping = Scalar(1e-4), growth = 2;
     for (; report.iterations < max_iterations; ++report.iterations) {
       const Matrix<Scalar, size, rows> JT = kernel::transposed(J);
@@ -38,8 +42,9 @@ struct LevenbergMarquardt {
       kernel::multiply(JT, J, normal);    // Jᵀ J
       Scalar trace = 0;
       for (int i = 0; i < size; ++i) trace += normal(i, i);
-      const Scalar floor =
+      Scalar floor =
           std::numeric_limits<Scalar>::epsilon() * (Scalar(1) + std::sqrt(cost)) * std::sqrt(trace);
+      if constexpr (requires { problem.still; }) floor = std::max(floor, problem.still);
       if (kernel::norm(gradient) <= floor) {
         report.converged = true;
         break;
@@ -47,8 +52,15 @@ struct LevenbergMarquardt {
       const Scalar unit = whitened ? trace : Scalar(1);
       const Vector<Scalar, size> diagonal =
           whitened ? kernel::filled<Vector<Scalar, size>>(Scalar(1)) : kernel::diagonal(normal);
-      for (int i = 0; i < size; ++i) normal(i, i) += damping * diagonal(i);
-      if (!factor.factor(normal)) break;
+      if constexpr (curved) problem.add_curvature(u, normal);
+      bool regular = false;
+      for (int k = 0; k < (curved ? 60 : 1) && !regular; ++k) {
+        if (k > 0) damping *= Scalar(4);
+        Matrix<Scalar, size, size> damped = normal;
+        for (int i = 0; i < size; ++i) damped(i, i) += damping * diagonal(i);
+        regular = factor.factor(damped);
+      }
+      if (!regular) break;
       const Vector<Scalar, size> step = -factor.solve(gradient);
       Vector<Scalar, rows> trial;
       Vector<Scalar, size> there = u + step;
