@@ -34,6 +34,9 @@ TEST(CheckEveryMethod, InDiscreteTime) {
   check("linearised", jml::Filter{jml::Linearised{}, Step{}, box}, Sampled{});
   check("guaranteed", jml::Filter{jml::Guaranteed{}, Step{}, box}, Sampled{});
   check("fixed lag", jml::Filter{jml::FixedLag<3, 4>{}, Step{}, jml::sensors<Sampled>, start}, Sampled{});
+  jml::Bounds<2> bounds;
+  bounds.upper(0) = start.x(0);
+  check("fixed lag within bounds", jml::Filter{jml::Bounded{jml::FixedLag<3, 4>{}, bounds}, Step{}, jml::sensors<Sampled>, start}, Sampled{});
 }
 
 TEST(CheckEveryMethod, InContinuousTime) {

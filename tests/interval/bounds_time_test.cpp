@@ -44,7 +44,7 @@ bool disturbances_hold(const Window& window) {
   bool held = true;
   const auto now = static_cast<std::size_t>(window.now());
   for (int j = 1; j <= window.last(); ++j) {
-    Square L;
+    Square L = Square::Zero();
     held &= jml::detail::NoiseRoot<double, ConstantVelocity>::root_of_covariance(
         window.dynamics(), window.node(j - 1).x[now], window.node(j).at(), L);
     const X w = L * window.node(j).b[now];

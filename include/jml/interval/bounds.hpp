@@ -145,6 +145,7 @@ template <typename Scalar, int n, int q, typename Box>
     const Scalar e = of.w.excess(k, w(k), bounds.w_lower(k), bounds.w_upper(k)), weight = of.w.weight(k);
     term.cost += of.w.cost(k, e);
     if (!(std::abs(e) > Scalar(0))) continue;
+    term.acts = true;
     for (int i = 0; i < q; ++i) {
       term.slope(i) += of.root(k, i) * weight * e;
       for (int j = 0; j < q; ++j) term.curvature(i, j) += of.root(k, i) * weight * of.root(k, j);

@@ -12,6 +12,7 @@ namespace jml::detail {
 template <typename Scalar, int q>
 struct DisturbanceTerm {
   Scalar cost = 0;
+  bool acts = false;  // slope or curvature is not zero
   Vector<Scalar, q> slope = kernel::zeros<Vector<Scalar, q>>();
   Matrix<Scalar, q, q> curvature = kernel::zeros<Matrix<Scalar, q, q>>();
 };
@@ -49,6 +50,10 @@ JML_INLINE inline bool through_step(Store& store, int j, const Vector<Scalar, q>
   const auto& B = store.root(j).B;
   if constexpr (WeighsDisturbances<Store>) {
     const DisturbanceTerm<Scalar, q> term = store.disturbance_term(j, b);
+    if (!term.acts) {
+      sums.cost += term.cost;
+      return pass(B, b);
+    }
     Matrix<Scalar, q, q> N = kernel::zeros<Matrix<Scalar, q, q>>();
     if (!unit_of(term.curvature, N)) return false;
     const Matrix<Scalar, n, q> turned = B * N;
