@@ -55,6 +55,18 @@ struct OnSphere : Base {
   using Space = jml::SO3;
 };
 
+/// Continuous in a space: a tangent velocity.
+struct Turning {
+  using Space = jml::SO3;
+  using time_domain = jml::ContinuousTime;
+  static constexpr int disturbances = 3;
+  template <typename T>
+  jml::Vector<T, 3> dynamics(const jml::Vector<T, 4>&) const {
+    return jml::Vector<T, 3>(T(0.1), T(0), T(0));
+  }
+  Matrix3 disturbance_spectral_density() const { return Matrix3::Identity(); }
+};
+
 inline const Vector4 upright{1, 0, 0, 0};
 inline const jml::Estimate<double, 4, 3> start{upright, Matrix3::Identity()};
 inline const jml::Estimate<double, 4> flat_start{upright, Matrix4::Identity()};

@@ -68,6 +68,34 @@ TEST(ContinuousNoiseInSpace, AConstantRateIsAClosedForm) {
   EXPECT_NEAR(std::log2(error[0] / error[1]), 4, 0.2);
 }
 
+/// The body's z axis goes round a cone: q(t) = (cos ½θ, sin ½θ (cos Ωt, sin Ωt, 0)).
+constexpr double tilt = 0.3, omega = 2;
+Vector4 coning(double t) {
+  return {std::cos(tilt / 2), std::sin(tilt / 2) * std::cos(omega * t),
+          std::sin(tilt / 2) * std::sin(omega * t), 0};
+}
+struct Coning : Turning {
+  template <typename T>
+  jml::Vector<T, 3> dynamics(const jml::Vector<T, 4>&, const auto& at) const {
+    const double phase = omega * at.time, across = omega * std::sin(tilt), half = std::sin(tilt / 2);
+    return Vector3(-across * std::sin(phase), across * std::cos(phase), -2 * omega * half * half).cast<T>();
+  }
+};
+TEST(ContinuousNoiseInSpace, ConingIsAClosedForm) {
+  double error[2];
+  for (int i = 0; i < 2; ++i) {
+    const int steps = 30 << i;
+    const Matrix3 P = 0.01 * Matrix3::Identity();
+    jml::Filter filter{jml::Continuous{jml::Ekf{}}, Coning{}, jml::Estimate{coning(0), P}};
+    for (int k = 0; k < steps; ++k) ASSERT_EQ(filter.predict(3.0 / steps), jml::Status::ok);
+    EXPECT_NEAR(filter.x().norm(), 1, 1e-15);
+    EXPECT_LT((filter.P() - (0.01 + 3 * q) * Matrix3::Identity()).norm(), 1e-6);
+    error[i] = jml::SO3::minus(filter.x(), coning(3)).norm();
+  }
+  EXPECT_LT(error[0], 1e-5);
+  EXPECT_NEAR(std::log2(error[0] / error[1]), 4, 0.2);
+}
+
 TEST(ContinuousNoiseInSpace, OneModelGivenInThreeWaysIsOneFilter) {
   const auto added = turned(Added{}, 3, 1);
   const auto argument = turned(Argument{}, 3, 1);

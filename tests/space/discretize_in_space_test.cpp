@@ -76,4 +76,23 @@ TEST(DiscretizeInSpace, RunsInAFilterWithNoiseEitherWay) {
             1e-9);
 }
 
+/// The turn about z is left to the mean of the disturbance.
+struct Mean : Coning {
+  template <typename T>
+  jml::Vector<T, 3> dynamics(const jml::Vector<T, 4>& x, const auto& at) const {
+    jml::Vector<T, 3> out = Coning::dynamics(x, jml::Vector<T, 3>(jml::Vector<T, 3>::Zero()), at);
+    out(2) = T(0);
+    return out;
+  }
+  jml::Vector<double, 3> disturbance_mean() const {
+    return {0, 0, -2 * turn * std::sin(tilt / 2) * std::sin(tilt / 2)};
+  }
+};
+TEST(DiscretizeInSpace, TheMeanOfTheDisturbanceMovesItToo) {
+  const jml::Matrix<double, 3, 3> P = 0.01 * jml::Matrix<double, 3, 3>::Identity();
+  jml::Filter mean{jml::Ekf{}, jml::discretize<jml::RungeKutta4>(Mean{}), jml::Estimate{coning(0), P}};
+  for (int k = 0; k < 100; ++k) ASSERT_EQ(mean.predict(0.01), jml::Status::ok);
+  EXPECT_LT(jml::SO3::minus(mean.x(), coning(1)).norm(), 1e-7);
+}
+
 }  // namespace

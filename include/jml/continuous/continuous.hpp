@@ -4,6 +4,7 @@
 /// integrator (Rusnak 2018, eqs. (17)-(19)), or, with discrete measurements, between them.
 #pragma once
 
+#include <jml/continuous/continuous_in_space.hpp>
 #include <jml/continuous/integrator.hpp>
 #include <jml/continuous/signal.hpp>
 #include <jml/filter/filter.hpp>
@@ -35,16 +36,14 @@ template <typename Scalar, int n>
   return true;
 }
 
-template <typename Rule, typename I, typename D>
-struct ContinuousInSpace;  // continuous/continuous_in_space.hpp
-
 /// A SDC matrix is about a point, which need not be in the chart of a step.
 template <typename Rule, typename D>
 consteval bool require_jacobians_in_space() {
   if constexpr (!is_flat<D>) {
-    static_assert(!Rule::uses_sdc,
-                  "jml: over states in a space (`Space`, `tangent`) a continuous filter takes Ekf, or another "
-                  "rule of Jacobians alone");
+    static_assert(
+        !Rule::uses_sdc,
+        "jml: over states in a space (`Space`, `tangent`) a continuous filter takes Ekf, or another "
+        "rule of Jacobians alone");
     return !Rule::uses_sdc;
   }
   return true;
@@ -70,7 +69,7 @@ struct FlowReport : StepReport<Scalar, n, p> {
 /// (riccati/davison_maki.hpp) or Cvode (continuous/cvode.hpp). A sensor that has noise_spectral_density()
 /// measures all the time; one that has noise_covariance() gives samples: step() then propagates over dt and
 /// corrects with the sample at its end by the difference recursion, refused as a whole; update() serves these
-/// alone. No heap, but Cvode's.
+/// alone. No heap, but Cvode's. Over states in a space, with Ekf alone: continuous/continuous_in_space.hpp.
 template <typename Rule, typename IntegratorType = RungeKutta4>
 class Continuous {
   static_assert(OnePassRule<Rule>,
@@ -248,5 +247,3 @@ struct PartsOf<Continuous<Rule, Integrator>> {
 };
 
 }  // namespace jml
-
-#include <jml/continuous/continuous_in_space.hpp>

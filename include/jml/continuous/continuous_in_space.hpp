@@ -10,11 +10,16 @@
 #pragma once
 
 #include <jml/continuous/chart_dynamics.hpp>
-#include <jml/continuous/continuous.hpp>
+#include <jml/continuous/signal.hpp>
 #include <jml/filter/local_method.hpp>
+#include <jml/riccati/differential.hpp>
 
 namespace jml {
 
+template <typename Rule, typename IntegratorType>
+class Continuous;  // continuous/continuous.hpp
+template <typename Scalar, int n, int p>
+struct FlowReport;
 struct DavisonMaki;  // riccati/davison_maki.hpp
 
 namespace detail {

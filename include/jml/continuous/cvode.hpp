@@ -26,7 +26,8 @@ namespace jml {
 /// with the scales above. The absolute tolerances are 0 unless given, and then are a floor for what counts:
 /// absolute_tolerance of x_i and P_ij alike, absolute_tolerances one for each state, in its unit, and for
 /// P_ij the product of two. Any other number of them is invalid_option. BDF gets the Jacobian of
-/// riccati/differential_jacobian.hpp.
+/// riccati/differential_jacobian.hpp. Over states in a space each chart is an interval of its own: CVODE
+/// starts afresh there, max_steps are those of one, and BDF gets its Jacobian by differences.
 struct Cvode : CvodeOptions {
   static constexpr bool adaptive = true;  ///< over states in a space it goes on from chart to chart
   template <typename Scalar, int n>

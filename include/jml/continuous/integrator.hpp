@@ -30,6 +30,7 @@ using EngineOf = typename detail::EngineOf<I, Scalar, n>::type;
 /// I can move a flow: `advance(engine, flow, time, dt, x, P, record)` takes (x, P) from `time` over dt > 0,
 /// s, by the right-hand side flow.derivative(t, x, P, dx, dP), or by flow.coefficients(…). It may touch x and
 /// P where it refuses, and need not ask whether they are finite; record.steps and .evaluations are its count.
+/// One that says `adaptive` takes a state in a space from chart to chart, each with a call of its own.
 template <typename I, typename Flow>
 concept Integrator = requires(EngineOf<I, typename Flow::Scalar, Flow::n>& engine, Flow& flow, double time,
                               typename Flow::Scalar dt, typename Flow::X& x, typename Flow::Square& P,

@@ -168,9 +168,11 @@ consteval bool require_dynamics() {
 /// An estimator that does not know of spaces.
 template <typename D>
 consteval bool require_flat() {
-  static_assert(is_flat<D>,
-                "jml: this estimator is of states in ℝⁿ; states in a space (`Space`, `tangent`) take Ekf, "
-                "Sddre, Jml, their factored and iterated forms, FixedLag, Batch and Smoother");
+  static_assert(
+      is_flat<D>,
+      "jml: this estimator is of states in ℝⁿ; states in a space (`Space`, `tangent`) take Ekf, "
+      "Sddre, Jml, their factored and iterated forms, FixedLag, Batch and Smoother, and in continuous "
+      "time Continuous{Ekf{}}");
   return is_flat<D>;
 }
 

@@ -49,6 +49,12 @@ class DiscretizedInSpace {
     const Matrix<S, q, q> Q = jml::disturbance_spectral_density(continuous, x, at);
     return at.dt > S(0) ? Matrix<S, q, q>(Q / at.dt) : kernel::zeros<Matrix<S, q, q>>();
   }
+  template <typename S>
+    requires(q > 0 && detail::HasHook<detail::hooks::DisturbanceMean, Continuous, Vector<S, numbers>,
+                                      StepContext<S, controls>>)
+  Vector<S, q> disturbance_mean(const Vector<S, numbers>& x, const StepContext<S, controls>& at) const {
+    return detail::mean_disturbance(continuous, x, at);
+  }
 
  private:
   template <typename T, typename S>

@@ -2,10 +2,10 @@
 // must say: jml: this estimator is of states in ℝⁿ; states in a space
 #include "space_parts.hpp"
 
-namespace continuous_filter_in_a_space {
+namespace factored_continuous_in_a_space {
 
 #ifdef MISTAKE
-using Model = space_parts::OnSphere<space_parts::Functions<space_parts::Continuous>>;
+using Model = space_parts::Turning;
 const auto& start = space_parts::start;
 #else
 using Model = space_parts::Functions<space_parts::Continuous>;
@@ -13,8 +13,8 @@ const auto& start = space_parts::flat_start;
 #endif
 
 inline bool run() {
-  jml::Filter filter{jml::Continuous{jml::Ekf{}}, Model{}, start};
+  jml::Filter filter{jml::Factored{jml::Continuous{jml::Ekf{}}}, Model{}, start};
   return filter.predict(0.1) == jml::Status::ok;
 }
 
-}  // namespace continuous_filter_in_a_space
+}  // namespace factored_continuous_in_a_space
