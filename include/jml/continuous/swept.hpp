@@ -79,14 +79,13 @@ class RiccatiSweep {
     noise_ = B * kernel::transposed(B);
   }
 
-  /// From the nominal into the other trajectory, which becomes the nominal.
+  /// From the nominal into the other trajectory, which becomes the nominal. `filtered` and P of node 0 are
+  /// where the filter begins.
   [[nodiscard]] Status sweep(SweptReport<Scalar, n>& report) {
     const auto next = std::size_t(store_.next());
     Stages stages;
     End end;
-    Node& first = store_.node(0);
-    first.P = store_.start().P();
-    first.filtered = store_.start().x;
+    const Node& first = store_.node(0);
     for (int j = 1; j <= store_.last(); ++j) {
       const Node& before = store_.node(j - 1);
       Node& node = store_.node(j);
@@ -127,7 +126,7 @@ class RiccatiSweep {
         report.cost += store_.step().hb(node.at, i) * kernel::dot(lambda, X(noise_ * lambda)) / Scalar(2);
       }
     }
-    report.cost += kernel::dot(X(first.x[next] - store_.start().x), first.costate) / Scalar(2);
+    report.cost += kernel::dot(X(first.x[next] - first.filtered), first.costate) / Scalar(2);
     report.P = last.P;
     report.step = change();
     store_.flip();
@@ -249,6 +248,8 @@ SweptReport<Scalar, DynamicsTraits<D>::states> sweep(TwoPoint<D, S, Scalar>& smo
   smoother.begin();
   auto& store = smoother.recording();
   const auto now = std::size_t(store.now());
+  store.node(0).P = store.start().P();
+  store.node(0).filtered = store.start().x;
   for (int j = 1; j <= store.last(); ++j) {
     auto& node = store.node(j);
     const Vector<Scalar, DynamicsTraits<D>::states>& x = store.node(j - 1).x[now];

@@ -120,6 +120,7 @@ class TwoPoint {
   }
 
   [[nodiscard]] Record& recording() { return record_; }
+  [[nodiscard]] const Record& recording() const { return record_; }
   /// Sets the states where solve() begins; for other solvers of the same problem.
   void begin() {
     if (start == Start::given) return;
