@@ -8,6 +8,7 @@
 
 #include "continuous/two_point_flight.hpp"
 #include "heap_trap.hpp"
+#include "models/escaping.hpp"
 
 namespace {
 
@@ -27,7 +28,7 @@ TEST(SweptLag, OverTheWholeFlightIsExact) {
   const auto y = flight(60, dt, 1, gentle());
   Smoother smoother = smoother_of(y, dt, gentle());
   ASSERT_EQ(smoother.solve().status, Status::ok);
-  Lag whole = lag_of(60, 60);
+  Lag whole = lag_of(60, 30);
   jml::SweptLagReport<double> report;
   for (std::size_t k = 0; k < 60; ++k) {
     report = whole.step(jml::Line{y[k], y[k + 1]}, dt);
@@ -97,6 +98,30 @@ TEST(SweptLag, LinearIsTheFilter) {
     EXPECT_LT((lag.x() - filter.x()).norm(), 1e-8) << k;
     EXPECT_LT((lag.P() - filter.P()).norm(), 1e-8) << k;
   }
+}
+
+// At rest P' = 2 P + 1 + P² from ½: P = 1 / (2/3 - t) - 1. Of two copies det X changes no sign at the pole.
+template <int n>
+void expect_escape() {
+  using Vector = jml::Vector<double, n>;
+  using Matrix = jml::Matrix<double, n, n>;
+  const Vector one = Vector::Ones();
+  jml::TwoPoint smoother{models::EscapingCopies<n>{},
+                         models::EscapingCopiesSensor<n>{},
+                         jml::Estimate<double, n>{one, Matrix(0.5 * Matrix::Identity())},
+                         {.steps = 100}};
+  for (int k = 0; k < 60; ++k) ASSERT_EQ(smoother.step(one, 0.01), Status::ok);
+  smoother.start = jml::Start::prediction;
+  auto report = jml::sweep(smoother, jml::Rnls{});
+  ASSERT_EQ(report.status, Status::ok);
+  EXPECT_NEAR(report.P(n - 1, n - 1), 14, 1e-7);
+  EXPECT_NEAR(smoother.x()(0), 1, 1e-12);
+  for (int k = 0; k < 20; ++k) ASSERT_EQ(smoother.step(one, 0.01), Status::ok);
+  EXPECT_EQ(jml::sweep(smoother, jml::Rnls{}).status, Status::riccati_escape);
+}
+TEST(SweptLag, NamesAnEscape) {
+  expect_escape<1>();
+  expect_escape<2>();
 }
 
 TEST(SweptLag, ARefusalLeavesItAsItWas) {
