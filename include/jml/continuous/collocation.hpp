@@ -36,7 +36,7 @@ template <typename At>
 
 /// What moves by δx of the start and δβ: the stages X_i by XA_i δx + XB_i δβ, the end by A δx + B δβ.
 template <typename Scalar, int n, int m>
-struct Interval {
+struct CollocatedInterval {
   Matrix<Scalar, n, n> A, F[3], XA[3];
   Matrix<Scalar, n, m> B, XB[3];
   Matrix<Scalar, 3 * n, 3 * n> M;  // of the stage equations, I - h (a_ij f_x(X_j))
@@ -108,7 +108,8 @@ class CollocatedStep {
   }
 
   /// False where the stage equations are singular.
-  [[nodiscard]] bool linearise(const Stages& stages, const At& at, Interval<Scalar, n, m>& out) const {
+  [[nodiscard]] bool linearise(const Stages& stages, const At& at,
+                               CollocatedInterval<Scalar, n, m>& out) const {
     for (int j = 0; j < 3; ++j)
       out.F[j] = dynamics_jacobian(dynamics_, stages[std::size_t(j)], stage_of(at, j));
     stage_matrix(out.F, at, out.M);
@@ -141,7 +142,7 @@ class CollocatedStep {
 
   /// Of a function with gradient `slope` at the end and s_i at the stages: its gradient by each f(X_j), with
   /// the start fixed, into `weights`, and by the start. False where the stage equations are singular.
-  [[nodiscard]] bool adjoint(const Interval<Scalar, n, m>& interval, const At& at, const X& slope,
+  [[nodiscard]] bool adjoint(const CollocatedInterval<Scalar, n, m>& interval, const At& at, const X& slope,
                              const X (&s)[3], X (&weights)[3], X& start) const {
     Matrix<Scalar, 3 * n, 3 * n> MT = kernel::transposed(interval.M);
     Vector<Scalar, 3 * n> nu;

@@ -79,23 +79,26 @@ class RiccatiSweep {
     noise_ = B * kernel::transposed(B);
   }
 
-  /// From the nominal into the other trajectory, which becomes the nominal.
+  /// From the nominal into the other trajectory, which becomes the nominal. `filtered` and P of node 0 are
+  /// where the filter begins.
   [[nodiscard]] Status sweep(SweptReport<Scalar, n>& report) {
     const auto next = std::size_t(store_.next());
     Stages stages;
     End end;
-    Node& first = store_.node(0);
-    first.P = store_.start().P();
-    first.filtered = store_.start().x;
+    const Node& first = store_.node(0);
     for (int j = 1; j <= store_.last(); ++j) {
       const Node& before = store_.node(j - 1);
       Node& node = store_.node(j);
       if (!solve(node, stages, end)) return Sweep<Store>(store_, Loss{}).diagnose();
       Square TT = transition(end, before.P);
-      if (!keeps_orientation(TT)) return Status::riccati_escape;
+      const bool follows =
+          Rule::symmetric || stays_near(TT) || (keeps_orientation(TT) && damped(node, 0, before.P));
+      if (!follows) return Status::riccati_escape;
       Square PT = kernel::transposed(Square(part(end, 0, 0) * before.P + part(end, 0, 1)));
       if (!(kernel::eliminate(TT, PT) > Scalar(0)) || !all_finite(PT)) return Status::riccati_escape;
       node.P = kernel::transposed(PT);  // (Φ11 P + Φ12) (Φ21 P + Φ22)⁻¹
+      if (!Rule::symmetric && !stays_near(transition(end, before.P)) && !damped(node, 2, node.P))
+        return Status::riccati_escape;
       node.filtered = part(end, 0, 0) * before.filtered + constant(end, 0) -
                       node.P * X(part(end, 1, 0) * before.filtered + constant(end, 1));
     }
@@ -127,7 +130,7 @@ class RiccatiSweep {
         report.cost += store_.step().hb(node.at, i) * kernel::dot(lambda, X(noise_ * lambda)) / Scalar(2);
       }
     }
-    report.cost += kernel::dot(X(first.x[next] - store_.start().x), first.costate) / Scalar(2);
+    report.cost += kernel::dot(X(first.x[next] - first.filtered), first.costate) / Scalar(2);
     report.P = last.P;
     report.step = change();
     store_.flip();
@@ -141,6 +144,22 @@ class RiccatiSweep {
   /// (Φ21 P + Φ22)ᵀ.
   static Square transition(const End& end, const Square& P) {
     return kernel::transposed(Square(part(end, 1, 0) * P + part(end, 1, 1)));
+  }
+  /// Within 1 of the identity: no pole of P on the way.
+  [[nodiscard]] static bool stays_near(const Square& T) {
+    return kernel::largest_column_sum(Square(T - kernel::identity<Square>())) < Scalar(1);
+  }
+  /// R + 2 h sym(E P Dᵀ) is positive definite at stage i: the quadratic term of (19) has no pole near.
+  [[nodiscard]] bool damped(const Node& node, int i, const Square& P) const {
+    if (!node.measured) return true;
+    const X& x = node.stages[std::size_t(store_.now())][std::size_t(i)];
+    const auto at = stage_of(node.at, i);
+    const Matrix<Scalar, p, n> slot_d = sensor_slot<Rule::D>(rule_, store_.sensor(), x, x, at);
+    const Matrix<Scalar, p, n> slot_e = sensor_slot<Rule::E>(rule_, store_.sensor(), x, x, at);
+    const Matrix<Scalar, p, p> feedback = slot_e * (P * kernel::transposed(slot_d));
+    const Matrix<Scalar, p, p> R = noise_spectral_density(store_.sensor(), x, at);
+    kernel::SymmetricFactor<Scalar, p> factor;
+    return factor.factor(Matrix<Scalar, p, p>(R + Scalar(2) * node.at.dt * kernel::symmetric_part(feedback)));
   }
   [[nodiscard]] Scalar measured(const Node& node) const {
     Scalar sum = 0;
@@ -249,6 +268,8 @@ SweptReport<Scalar, DynamicsTraits<D>::states> sweep(TwoPoint<D, S, Scalar>& smo
   smoother.begin();
   auto& store = smoother.recording();
   const auto now = std::size_t(store.now());
+  store.node(0).P = store.start().P();
+  store.node(0).filtered = store.start().x;
   for (int j = 1; j <= store.last(); ++j) {
     auto& node = store.node(j);
     const Vector<Scalar, DynamicsTraits<D>::states>& x = store.node(j - 1).x[now];

@@ -120,6 +120,7 @@ class TwoPoint {
   }
 
   [[nodiscard]] Record& recording() { return record_; }
+  [[nodiscard]] const Record& recording() const { return record_; }
   /// Sets the states where solve() begins; for other solvers of the same problem.
   void begin() {
     if (start == Start::given) return;
@@ -133,7 +134,7 @@ class TwoPoint {
       auto& node = record_.node(j);
       node.stages[now] = {x, x, x};
       State end;
-      detail::Interval<Scalar, n, m> interval;
+      detail::CollocatedInterval<Scalar, n, m> interval;
       if (one.solve(x, kernel::zeros<Vector<Scalar, m>>(), node.at, node.stages[now], end) &&
           one.linearise(node.stages[now], node.at, interval)) {
         x = end;

@@ -91,6 +91,16 @@ class TwoPointRecord {
     set_state(last(), nodes_[nodes_.size() - 2].x[std::size_t(now_)]);
     return Status::ok;
   }
+  /// Forgets node 0: what was filtered at node 1 is where the filter begins.
+  void slide() {
+    for (std::size_t j = 1; j < nodes_.size(); ++j) nodes_[j - 1] = nodes_[j];
+    nodes_.pop_back();
+  }
+  /// The nodes of another record of the same capacity.
+  void copy_nodes(const TwoPointRecord& other) {
+    nodes_.assign(other.nodes_.begin(), other.nodes_.end());
+    now_ = other.now_;
+  }
   /// The nominal of node j, a guess.
   void set_state(int j, const X& x) { node(j).x[std::size_t(now_)] = x; }
 

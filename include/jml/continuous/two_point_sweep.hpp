@@ -44,7 +44,7 @@ class Sweep<TwoPointRecord<D, S, Scalar>> {
         if (!step.solve(x, b, node.at, node.stages[now], end)) return false;
         v.slope += v.information * (end - node.x[now]);
       }
-      Interval<Scalar, n, m> interval;
+      CollocatedInterval<Scalar, n, m> interval;
       if (!step.linearise(node.stages[now], node.at, interval)) return false;
       Square S_i[3];
       X s[3], weights[3], unused;
@@ -177,7 +177,7 @@ class Sweep<TwoPointRecord<D, S, Scalar>> {
     store_.node(store_.last()).costate = -v.slope;
     for (int j = store_.last(); j > 0; --j) {
       Node& node = store_.node(j);
-      Interval<Scalar, n, m> interval;
+      CollocatedInterval<Scalar, n, m> interval;
       Square S_i[3];
       X s[3], weights[3], start;
       measure<Curvature::none>(node, unused, S_i, s);
