@@ -177,15 +177,15 @@ int main(int argc, char** argv) {
                std::to_string(r.no_nis), std::to_string(r.refused),
                demo::starred("%.1f", r.cost.sum(), r.cost.missing()), demo::text("%.3f", r.cost.value()),
                demo::text("%.0f", r.watch.median())});
-    summary.add(r.key + "_rmse", r.squared_error.root());
-    summary.add(r.key + "_largest_error", r.largest_error);
-    summary.add(r.key + "_nees", r.nees.value());
-    summary.add(r.key + "_nees_undefined", r.nees.missing());
-    summary.add(r.key + "_rejected", r.rejected);
-    summary.add(r.key + "_no_nis", r.no_nis);
-    summary.add(r.key + "_refused", r.refused);
-    summary.add(r.key + "_cost", r.cost.sum());
-    timing.add(r.key + "_range_ns", r.watch.median());
+    summary.add(r.key + "_rmse", r.squared_error.root(), "m");
+    summary.add(r.key + "_largest_error", r.largest_error, "m");
+    summary.add(r.key + "_nees", r.nees.value(), "-");
+    summary.add(r.key + "_nees_undefined", r.nees.missing(), "-");
+    summary.add(r.key + "_rejected", r.rejected, "-");
+    summary.add(r.key + "_no_nis", r.no_nis, "-");
+    summary.add(r.key + "_refused", r.refused, "-");
+    summary.add(r.key + "_cost", r.cost.sum(), "-");
+    timing.add(r.key + "_range_ns", r.watch.median(), "ns");
   }
   table.print();
   std::printf("%s", notes);

@@ -87,13 +87,13 @@ int main(int argc, char** argv) {
                demo::text("%.1f", largest), demo::text("%.2f", r.squared_error.root()),
                std::to_string(r.violated), demo::text("%.2f", r.largest_violation), std::to_string(r.refused),
                demo::text("%.1f", r.time)});
-    summary.add(r.key + ".inside", r.inside / rows);
-    summary.add(r.key + ".median_width_m", median);
-    summary.add(r.key + ".largest_width_m", largest);
-    summary.add(r.key + ".centre_rmse_m", r.squared_error.root());
-    summary.add(r.key + ".contradictions", r.violated);
-    summary.add(r.key + ".largest_contradiction_m", r.largest_violation);
-    summary.add(r.key + ".refused", r.refused);
+    summary.add(r.key + ".inside", r.inside / rows, "-");
+    summary.add(r.key + ".median_width_m", median, "m");
+    summary.add(r.key + ".largest_width_m", largest, "m");
+    summary.add(r.key + ".centre_rmse_m", r.squared_error.root(), "m");
+    summary.add(r.key + ".contradictions", r.violated, "-");
+    summary.add(r.key + ".largest_contradiction_m", r.largest_violation, "m");
+    summary.add(r.key + ".refused", r.refused, "-");
   }
   table.print();
   std::printf(

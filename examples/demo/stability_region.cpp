@@ -99,9 +99,9 @@ void one_state(demo::Summary& summary) {
                demo::text("%.4f", std::abs(region.limiting_point.x(0))),
                demo::text("%.6f", region.printed_level)});
     const std::string prefix = "one_state_" + std::to_string(++number);
-    summary.add(prefix + "_level", region.level);
-    summary.add(prefix + "_by_hand", exact);
-    summary.add(prefix + "_printed_level", region.printed_level);
+    summary.add(prefix + "_level", region.level, "-");
+    summary.add(prefix + "_by_hand", exact, "-");
+    summary.add(prefix + "_printed_level", region.printed_level, "-");
   }
   table.print();
 }
@@ -158,15 +158,15 @@ int main(int argc, char** argv) {
          std::to_string(region.rays.size()), std::to_string(region.levels),
          demo::text("%.2f", region.largest_gap), demo::text("%.0e", region.hamiltonian)});
     const std::string prefix = c.key;
-    summary.add(prefix + "_level", region.level);
-    summary.add(prefix + "_limited_by_condition", region.limit == jml::StabilityLimit::condition);
-    summary.add(prefix + "_limited_by_box", region.limit == jml::StabilityLimit::box);
-    summary.add(prefix + "_printed_level", region.printed_level);
-    summary.add(prefix + "_printed_failures", static_cast<double>(region.printed_failures));
-    summary.add(prefix + "_starts", static_cast<double>(starts.size()));
-    summary.add(prefix + "_converging", converging);
-    summary.add(prefix + "_farther", least);
-    summary.add(prefix + "_hamiltonian", region.hamiltonian);
+    summary.add(prefix + "_level", region.level, "-");
+    summary.add(prefix + "_limited_by_condition", region.limit == jml::StabilityLimit::condition, "-");
+    summary.add(prefix + "_limited_by_box", region.limit == jml::StabilityLimit::box, "-");
+    summary.add(prefix + "_printed_level", region.printed_level, "-");
+    summary.add(prefix + "_printed_failures", static_cast<double>(region.printed_failures), "-");
+    summary.add(prefix + "_starts", static_cast<double>(starts.size()), "-");
+    summary.add(prefix + "_converging", converging, "-");
+    summary.add(prefix + "_farther", least, "-");
+    summary.add(prefix + "_hamiltonian", region.hamiltonian, "-");
 
     // Over all rays that are there, front by front.
     demo::Series series{c.name, inks[number], {}, {}, "lines lw 1.6"};
@@ -185,7 +185,7 @@ int main(int argc, char** argv) {
     std::size_t tenth = 0;  // S ten times that of the first front
     while (tenth + 1 < series.x.size() && series.x[tenth] < 10 * series.x[0]) ++tenth;
     summary.add(prefix + "_covariance_order",
-                std::log(series.y[tenth] / series.y[0]) / std::log(series.x[tenth] / series.x[0]));
+                std::log(series.y[tenth] / series.y[0]) / std::log(series.x[tenth] / series.x[0]), "-");
     claim.series.push_back(std::move(series));
 
     if (prefix == "paper")

@@ -224,14 +224,15 @@ void over_sensors(demo::Summary& summary, const std::filesystem::path& directory
     if (substeps < 1e6) {
       const models::SaturatingSignal sensor{.r = R};
       const auto first = [&](double count) {
-        jml::Filter filter{jml::Continuous{jml::Rnls{}, jml::RungeKutta4{static_cast<int>(count)}}, oscillator, start};
+        jml::Filter filter{jml::Continuous{jml::Rnls{}, jml::RungeKutta4{static_cast<int>(count)}},
+                           oscillator, start};
         return filter.step(sensor, output, 0.1).status;
       };
       const jml::Status enough = first(substeps), fewer = first(substeps - 1);
       accepted = short_name(enough) + ", " + short_name(fewer);
-      summary.add("substeps_1e-" + std::to_string(decade) + "_enough", enough == jml::Status::ok);
+      summary.add("substeps_1e-" + std::to_string(decade) + "_enough", enough == jml::Status::ok, "-");
       summary.add("substeps_1e-" + std::to_string(decade) + "_one_less_refused",
-                  fewer == jml::Status::step_too_long);
+                  fewer == jml::Status::step_too_long, "-");
     }
     std::vector<std::string> row{demo::text("%.0e", R), demo::text("%.2g", substeps), accepted};
     const Run exact = reference(R);
@@ -240,9 +241,10 @@ void over_sensors(demo::Summary& summary, const std::filesystem::path& directory
       const double velocity = between(r, exact).velocity;
       row.push_back(demo::text("%.1f", r.status == jml::Status::ok ? r.time : NAN));
       row.push_back(demo::text("%.0e", velocity));
-      summary.add(std::string("over_R_1e-") + std::to_string(decade) + "_" + key + "_velocity", velocity);
+      summary.add(std::string("over_R_1e-") + std::to_string(decade) + "_" + key + "_velocity", velocity,
+                  "1/s");
       summary.add(std::string("over_R_1e-") + std::to_string(decade) + "_" + key + "_evaluations",
-                  static_cast<double>(r.first + r.later));
+                  static_cast<double>(r.first + r.later), "-");
       if (r.status == jml::Status::ok) {
         curves[curve].x.push_back(R);
         curves[curve].y.push_back(r.time);
@@ -359,10 +361,10 @@ int main(int argc, char** argv) {
       "%.0e (P₂₂), relative where P. Evaluations: of x' and P'; Davison-Maki's are of its coefficients.\nµs: "
       "processor time, the best of three runs.\n\n",
       check.position, check.velocity, check.P22);
-  summary.add("reference_position", check.position);
-  summary.add("reference_velocity", check.velocity);
-  summary.add("reference_P22", check.P22);
-  summary.add("reference_first_P22", check.first);
+  summary.add("reference_position", check.position, "-");
+  summary.add("reference_velocity", check.velocity, "1/s");
+  summary.add("reference_P22", check.P22, "1/s²");
+  summary.add("reference_first_P22", check.first, "1/s²");
 
   {
     Comparison table(summary, "function", smallest, Signal::function, 0.1);

@@ -8,8 +8,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <jml/bounded/bounded_noise.hpp>
-#include <jml/jml.hpp>
 #include <jml/campaign/noise.hpp>
+#include <jml/jml.hpp>
 #include <string>
 #include <vector>
 
