@@ -205,7 +205,7 @@ void draw(const std::filesystem::path& directory, const CarLog& log, const std::
          {{"north (m)", {{"fixes", colour::black, x, y, "lines lw 1.4"}}, "set size ratio -1\nunset key"}},
          800,
          860}
-      .write(directory / "map.svg");
+      .write(directory / "map.svg", "Of no source; log of the package gtsam.");
   std::vector<Series> series;
   const auto add = [&](const char* key, bool later, const char* label, const char* ink) {
     for (const auto& run : runs) {
@@ -221,7 +221,7 @@ void draw(const std::filesystem::path& directory, const CarLog& log, const std::
          {{"error (m)", series, "set logscale y\nset key below"}},
          900,
          520}
-      .write(directory / "error.svg");
+      .write(directory / "error.svg", "Of no source; log of the package gtsam. EKF and batch JML.");
 }
 
 }  // namespace

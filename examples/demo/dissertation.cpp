@@ -85,12 +85,14 @@ struct Drawing {
   std::filesystem::path directory;
   void operator()(int number, const std::string& title, const std::string& x_title,
                   std::vector<Series> series, const std::string& options = "set yrange [0:*]",
-                  const std::string& y_title = "mean squared error") const {
+                  const std::string& y_title = "mean squared error (-)") const {
     char name[16];
     std::snprintf(name, sizeof name, "fig%02d.svg", number);
     demo::Figure{
         "Fig. " + std::to_string(number) + "  " + title, x_title, {{y_title, std::move(series), options}}}
-        .write(directory / name);
+        .write(directory / name,
+               "Redraws Figure " + std::to_string(number) +
+                   " of the bounded-noise dissertation: its estimator, linearised, and the Kalman filter.");
   }
 };
 
@@ -172,7 +174,7 @@ void constants(const Drawing& draw, Summary& summary, Counts& counts) {
       auto series = curves.series();
       series.push_back(printed);
       draw(c.figure + part, std::string("A constant, ") + c.name + (part == 0 ? "" : ", enlarged"),
-           "number of samples", std::move(series));
+           "number of samples (-)", std::move(series));
     }
   }
   overview.print();
@@ -333,7 +335,7 @@ void ratios(const Drawing& draw, Summary& summary, Counts& counts) {
       draw((of_signal ? 14 : 16) + i,
            std::string("Steady-state ") + state_names[i] + " error as a function of " + name +
                (of_signal ? ", R fixed" : ", Q fixed"),
-           name, curves[i].series(), "set yrange [0:*]");
+           std::string(name) + " (-)", curves[i].series(), "set yrange [0:*]");
     }
   }
 }

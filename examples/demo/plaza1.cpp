@@ -123,7 +123,7 @@ void draw(const std::filesystem::path& directory, const Plaza& data, const std::
            "set size ratio -1\nset key below\nset xrange [-55:35]\nset yrange [-15:72]"}},
          900,
          920}
-      .write(directory / "map.svg");
+      .write(directory / "map.svg", "Of no source; data of Plaza 1. The filter is the EKF with four biases.");
   const auto error = [&](const char* key, const char* label, const char* ink) {
     return Series{label, ink, thinned(result(key).time), thinned(result(key).error), "lines lw 1.2"};
   };
@@ -139,7 +139,9 @@ void draw(const std::filesystem::path& directory, const Plaza& data, const std::
            "set logscale y\nset yrange [0.01:1000]\nset key below"}},
          900,
          620}
-      .write(directory / "error.svg");
+      .write(directory / "error.svg",
+             "Of no source; data of Plaza 1. EKF with and without biases, and rules about an origin that "
+             "means nothing.");
 }
 
 }  // namespace

@@ -113,16 +113,18 @@ int main(int argc, char** argv) {
   const auto time = demo::thinned(hours(data.odometry.size()));
   demo::Figure figure{
       "Plaza 1 with bounds alone: larger side of the box, and how far its centre is off",
-      "time s",
-      {{"width m",
+      "time (s)",
+      {{"width (m)",
         {{"linearised, honoured", demo::colour::orange, time, demo::thinned(results[0].width)},
          {"guaranteed, honoured", demo::colour::blue, time, demo::thinned(results[1].width)},
          {"guaranteed, tight", demo::colour::green, time, demo::thinned(results[3].width)}},
         "set logscale y"},
-       {"error of the centre m",
+       {"error of the centre (m)",
         {{"guaranteed, honoured", demo::colour::blue, time, demo::thinned(results[1].error)},
          {"guaranteed, tight", demo::colour::green, time, demo::thinned(results[3].error)}},
         "set yrange [0:*]"}}};
   figure.height = 700;
-  static_cast<void>(figure.write(directory / "plaza1_bounded.svg"));
+  static_cast<void>(
+      figure.write(directory / "plaza1_bounded.svg",
+                   "Of no source; data of Plaza 1. Bounded noise, linearised and guaranteed boxes."));
 }

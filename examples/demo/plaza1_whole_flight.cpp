@@ -225,7 +225,8 @@ void draw(const std::filesystem::path& directory, const Plaza& data, const std::
            "set size ratio -1\nset key below\nset xrange [-55:35]\nset yrange [-15:72]"}},
          900,
          920}
-      .write(directory / "map.svg");
+      .write(directory / "map.svg",
+             "Of no source; data of Plaza 1. EKF and the batch JML of the whole flight.");
   const auto error = [&](const char* key, const char* label, const char* ink,
                          const char* style = "lines lw 1.2") {
     std::vector<double> distance;
@@ -243,7 +244,10 @@ void draw(const std::filesystem::path& directory, const Plaza& data, const std::
            "set key below"}},
          900,
          560}
-      .write(directory / "error.svg");
+      .write(directory / "error.svg",
+             "Of no source; data of Plaza 1. EKF, fixed lag of 100 rows (wide, below the EKF, from which it "
+             "differs "
+             "little) and batch JML.");
 }
 
 constexpr const char* notes = R"(

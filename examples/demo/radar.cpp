@@ -106,7 +106,8 @@ void draw(const std::filesystem::path& directory, const Track& track, const std:
            {{"measured", colour::sky, measured_x, measured_height, "points pt 7 ps 0.25"},
             {"true", colour::black, x, height, "lines lw 2.4"},
             {"EKF", colour::red, estimated_x, estimated_height, "lines lw 1.4 dt (8,5)"}}}}}
-      .write(directory / "track.svg");
+      .write(directory / "track.svg",
+             "Of no source. The filter is the EKF; its curve is dashed over the true one.");
 
   const char* inks[] = {colour::blue,   colour::sky,    colour::green, colour::red,
                         colour::purple, colour::orange, colour::black};
@@ -131,7 +132,8 @@ void draw(const std::filesystem::path& directory, const Track& track, const std:
          {position, velocity},
          900,
          900}
-      .write(directory / "errors.svg");
+      .write(directory / "errors.svg",
+             "Of no source. Seven filters; the last two, dashed, lie on the EKF, as the iterated EKF does.");
 }
 
 constexpr const char* notes = R"(

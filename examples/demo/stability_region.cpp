@@ -82,7 +82,10 @@ void draw_region(const std::filesystem::path& file, const std::string& title, co
   const bool condition = region.limit == jml::StabilityLimit::condition;
   panel.series.push_back(
       curve(condition ? "dS/dt = 0" : "the box", colour::red, {at, V2(-at)}, "points pt 7 ps 1.1"));
-  Figure{title, "position ξ (-)", {panel}, 900, 640}.write(file);
+  Figure{title, "position ξ (-)", {panel}, 900, 640}.write(
+      file,
+      "Of no source: Proposition 2.1 of McCaffrey 1998. The filter is the algebraic one, (8) and (9); γ is "
+      "the largest certified level.");
 }
 
 void one_state(demo::Summary& summary) {
@@ -135,7 +138,7 @@ int main(int argc, char** argv) {
   std::printf("\nThe oscillator, Q = 1, seen through the saturating sensor:\n\n");
   demo::Table table({"", "box ±", "γ", "limit", "at", "γ of (13)", "(13) fails", "starts on the boundary",
                      "converge", "farther", "rays", "fronts", "gap", "|H|"});
-  demo::Panel claim{"|V(x)/V(0) - 1|", {}};
+  demo::Panel claim{"|V(x)/V(0) - 1| (-)", {}};
   const char* inks[] = {demo::colour::blue, demo::colour::green, demo::colour::orange, demo::colour::red};
   for (std::size_t number = 0; number < std::size(cases); ++number) {
     const Case& c = cases[number];
@@ -197,8 +200,10 @@ int main(int argc, char** argv) {
   table.print();
   claim.options = "set logscale xy; set format '10^{%T}'; set key top left vertical inside Left reverse";
   demo::Figure{
-      "V(x) goes to V(0) at the origin: the largest change on S = level", "level of S", {claim}, 900, 520}
-      .write(directory / "fig03_claim.svg");
+      "V(x) goes to V(0) at the origin: the largest change on S = level", "level of S (-)", {claim}, 900, 520}
+      .write(directory / "fig03_claim.svg",
+             "Of no source: a claim of Proposition 2.1 of McCaffrey 1998, of the algebraic filter (9) on the "
+             "oscillator.");
   std::printf("%s", notes);
   summary.write(directory / "summary.csv");
 }

@@ -269,7 +269,8 @@ void over_sensors(demo::Summary& summary, const std::filesystem::path& directory
                {times, errors},
                900,
                760}
-      .write(directory / "fig03_over_R.svg");
+      .write(directory / "fig03_over_R.svg",
+             "Of no source. RNLS on the oscillator of Rusnak 2018 by four integrators.");
 }
 
 /// P and the steps over the initial transient, from 1e-14 s on.
@@ -277,7 +278,7 @@ void draw_transient(const std::filesystem::path& directory) {
   using namespace demo;
   const models::SaturatingSignal sensor{.r = smallest};
   jml::Filter filter{jml::Continuous{jml::Rnls{}, bdf(1e-6)}, oscillator, start};
-  Series p11{"P₁₁", colour::blue, {}, {}, "lines lw 1.6"},
+  Series p11{"P₁₁ (-)", colour::blue, {}, {}, "lines lw 1.6"},
       p22{"P₂₂ (1/s²)", colour::red, {}, {}, "lines lw 1.6"},
       permitted{"longest Runge-Kutta step, 1.39 / E K", colour::blue, {}, {}, "lines lw 1.6"},
       taken{"mean step of BDF at 1e-6", colour::red, {}, {}, "lines lw 1.6"};
@@ -300,10 +301,10 @@ void draw_transient(const std::filesystem::path& directory) {
   const char* axes = "set logscale xy; set format '10^{%T}'; set xrange [1e-14:10]";
   Figure{"The first ten seconds at R = 1e-12",
          "time (s)",
-         {{"terms of P", {p11, p22}, axes}, {"step (s)", {permitted, taken}, axes}},
+         {{"terms of P (-, 1/s²)", {p11, p22}, axes}, {"step (s)", {permitted, taken}, axes}},
          900,
          760}
-      .write(directory / "fig01_transient.svg");
+      .write(directory / "fig01_transient.svg", "Of no source. RNLS on the oscillator of Rusnak 2018.");
 }
 
 void draw_work(const std::filesystem::path& directory) {
@@ -328,7 +329,8 @@ void draw_work(const std::filesystem::path& directory) {
   Panel panel{"largest error of the velocity, t ≥ 1 s (1/s)", {curves[0], curves[1], curves[2], curves[3]}};
   panel.options = "set logscale xy; set format '10^{%T}'";
   Figure{"Work and precision at R = 1e-12 (times of this run)", "µs a sample of 0.1 s", {panel}, 900, 520}
-      .write(directory / "fig02_work_precision.svg");
+      .write(directory / "fig02_work_precision.svg",
+             "Of no source. RNLS on the oscillator of Rusnak 2018 by four integrators, R = 1e-12.");
 }
 
 constexpr const char* notes = R"(

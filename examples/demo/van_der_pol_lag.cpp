@@ -270,7 +270,7 @@ int main(int argc, char** argv) {
   const char *solid = "linespoints pt 7 ps 0.9 lw 1.6", *open = "linespoints pt 6 ps 1.1 lw 1.6 dt (8,5)";
   Figure{"Van der Pol: distance of a fixed lag to the whole-interval optimum",
          "lag time (s)",
-         {{"distance / distance of the EKF",
+         {{"distance / distance of the EKF (-)",
            {curve(coarse, runs, 1, "dt 0.05 s, 1 sweep", colour::orange, solid),
             curve(coarse, runs, 2, "dt 0.05 s, 2 sweeps", colour::blue, solid),
             curve(coarse, runs, 3, "dt 0.05 s, 3 sweeps", colour::green, solid),
@@ -283,5 +283,7 @@ int main(int argc, char** argv) {
            "samplen 3"}},
          900,
          620}
-      .write(directory / "distance.svg");
+      .write(directory / "distance.svg",
+             "Of no source: how deep the exact estimator of Rusnak 2015 must look back. FixedLag on the "
+             "paper's oscillator.");
 }

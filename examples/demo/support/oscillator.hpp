@@ -138,8 +138,9 @@ struct History {
 
   static constexpr const char* dashed = "lines lw 1.8 dt (8,5)";
   [[nodiscard]] std::vector<Panel> output_panels() const {
-    return {{"output y (-)",
-             {line("measured", colour::sky, y, "lines lw 1"), line("estimated", colour::red, y_hat, dashed)}}};
+    return {
+        {"output y (-)",
+         {line("measured", colour::sky, y, "lines lw 1"), line("estimated", colour::red, y_hat, dashed)}}};
   }
   [[nodiscard]] std::vector<Panel> position_panels() const {
     return {
