@@ -100,9 +100,9 @@ bool draw(const Study& one, const jml::CampaignResult& result, const fs::path& f
   using namespace demo;
   const char* inks[] = {colour::black,  colour::blue,   colour::red, colour::green,
                         colour::purple, colour::orange, colour::sky, colour::grey};
-  const std::string unit = one.unit.empty() ? "" : " (" + one.unit + ")";
+  const std::string unit = " (" + (one.unit.empty() ? "-" : one.unit) + ")";
   Panel error{one.error + " RMSE" + unit, {}, "set logscale y\nset format y '10^{%T}'\nset key off"};
-  Panel nees{"NEES / n", {}, "set logscale y\nset key below vertical maxrows 6 samplen 2 height 1"};
+  Panel nees{"NEES / n (-)", {}, "set logscale y\nset key below vertical maxrows 6 samplen 2 height 1"};
   std::vector<Series> error_lines, nees_lines;
   const auto kept = static_cast<long>(result.estimator(0).kept());
   const jml::ConfidenceInterval chi = jml::chi_square_average_interval(one.states, kept);
@@ -147,7 +147,7 @@ bool draw(const Study& one, const jml::CampaignResult& result, const fs::path& f
   std::replace(title.begin(), title.end(), '_', ' ');  // gnuplot's sign of an index
   return Figure{
       title + ": " + std::to_string(kept) + " runs, mean and 95 % bands", "time (s)", {error, nees}, 900, 900}
-      .write(file);
+      .write(file, "Of no source. Campaign " + title);
 }
 
 int replay(const Study& one, jml::CampaignOptions options, const Request& request) {

@@ -181,27 +181,29 @@ std::string section(const Study& one, const Judgement& j) {
 }
 
 void add(demo::Summary& summary, const Study& one, const Judgement& j) {
-  summary.add(one.key + "_runs", static_cast<double>(j.runs));
-  summary.add(one.key + "_ekf_enough", j.ekf_enough());
+  const std::string unit = one.unit.empty() ? "-" : one.unit,
+                    squared = one.unit.empty() ? "-" : one.unit + "²";
+  summary.add(one.key + "_runs", static_cast<double>(j.runs), "-");
+  summary.add(one.key + "_ekf_enough", j.ekf_enough(), "-");
   for (const Judged& e : j.all) {
     const std::string prefix = one.key + "_" + slug(e.name);
-    summary.add(prefix + "_rmse", e.rmse.value);
-    summary.add(prefix + "_rmse_se", e.rmse.standard_error);
-    summary.add(prefix + "_mse", e.mse.value);
-    summary.add(prefix + "_mse_se", e.mse.standard_error);
-    summary.add(prefix + "_mse_but_one", e.mse_but_one.value);
-    summary.add(prefix + "_mse_but_one_se", e.mse_but_one.standard_error);
-    summary.add(prefix + "_difference", e.to_ekf.difference.value);
-    summary.add(prefix + "_difference_se", e.to_ekf.difference.standard_error);
-    summary.add(prefix + "_nees", e.nees_ratio(one.states));
-    summary.add(prefix + "_nees_se", e.figures.nees().standard_error / one.states);
-    summary.add(prefix + "_consistent", e.covariance == "consistent");
-    summary.add(prefix + "_cost", e.figures.cost().value);
-    summary.add(prefix + "_refused", static_cast<double>(e.figures.refused()));
-    summary.add(prefix + "_rejected", static_cast<double>(e.figures.rejected()));
-    summary.add(prefix + "_failed", static_cast<double>(e.failed));
-    summary.add(prefix + "_lost", static_cast<double>(e.lost));
-    if (e.contained == e.contained) summary.add(prefix + "_contained", e.contained);
+    summary.add(prefix + "_rmse", e.rmse.value, unit);
+    summary.add(prefix + "_rmse_se", e.rmse.standard_error, unit);
+    summary.add(prefix + "_mse", e.mse.value, squared);
+    summary.add(prefix + "_mse_se", e.mse.standard_error, squared);
+    summary.add(prefix + "_mse_but_one", e.mse_but_one.value, squared);
+    summary.add(prefix + "_mse_but_one_se", e.mse_but_one.standard_error, squared);
+    summary.add(prefix + "_difference", e.to_ekf.difference.value, unit);
+    summary.add(prefix + "_difference_se", e.to_ekf.difference.standard_error, unit);
+    summary.add(prefix + "_nees", e.nees_ratio(one.states), "-");
+    summary.add(prefix + "_nees_se", e.figures.nees().standard_error / one.states, "-");
+    summary.add(prefix + "_consistent", e.covariance == "consistent", "-");
+    summary.add(prefix + "_cost", e.figures.cost().value, "-");
+    summary.add(prefix + "_refused", static_cast<double>(e.figures.refused()), "-");
+    summary.add(prefix + "_rejected", static_cast<double>(e.figures.rejected()), "-");
+    summary.add(prefix + "_failed", static_cast<double>(e.failed), "-");
+    summary.add(prefix + "_lost", static_cast<double>(e.lost), "-");
+    if (e.contained == e.contained) summary.add(prefix + "_contained", e.contained, "-");
   }
 }
 
@@ -289,7 +291,8 @@ int main(int argc, char** argv) {
   std::fprintf(
       timings,
       "# Time a step\n\nWall clock inside the filters, of this machine and this run; what else it did is "
-      "in them, and the filters are compiled without the library's forced inlining, for the sake of build time: "
+      "in them, and the filters are compiled without the library's forced inlining, for the sake of build "
+      "time: "
       "bench/ has the time of a step.\n\n%s",
       times.c_str());
   if (std::fclose(page) != 0 || std::fclose(timings) != 0) {

@@ -172,18 +172,18 @@ void report(std::vector<CarRun>& runs, Summary& summary, Summary& timing) {
                  text("%.3f", numbers[3]), timed ? std::to_string(run.refused) : "",
                  timed ? text("%.3f", second) : "", timed ? text("%.2f", run.whole) : ""});
       const char* names[] = {"_horizontal_rmse", "_horizontal_median", "_rmse", "_median"};
-      for (std::size_t i = 0; i < 4; ++i) summary.add(key + names[i], numbers[i]);
+      for (std::size_t i = 0; i < 4; ++i) summary.add(key + names[i], numbers[i], "m");
     };
     if (!run.causal.all.empty()) row(run.name + ", causal", run.key + "_causal", run.causal, true);
     if (!run.later.all.empty())
       row(run.name + (run.lag > 0 ? ", " + std::to_string(run.lag) + " fixes later" : ", all"),
           run.key + "_later", run.later, run.causal.all.empty());
-    summary.add(run.key + "_refused", run.refused);
+    summary.add(run.key + "_refused", run.refused, "-");
     if (run.iterations > 0) {
-      summary.add(run.key + "_cost", run.cost);
-      summary.add(run.key + "_iterations", run.iterations);
+      summary.add(run.key + "_cost", run.cost, "-");
+      summary.add(run.key + "_iterations", run.iterations, "-");
     }
-    timing.add(run.key + "_ms", run.lag >= 0 && run.iterations == 0 ? second : run.whole * 1e3);
+    timing.add(run.key + "_ms", run.lag >= 0 && run.iterations == 0 ? second : run.whole * 1e3, "ms");
   }
   table.print();
   for (const auto& run : runs) {
@@ -205,7 +205,7 @@ void draw(const std::filesystem::path& directory, const CarLog& log, const std::
          {{"north (m)", {{"fixes", colour::black, x, y, "lines lw 1.4"}}, "set size ratio -1\nunset key"}},
          800,
          860}
-      .write(directory / "map.svg");
+      .write(directory / "map.svg", "Of no source; log of the package gtsam.");
   std::vector<Series> series;
   const auto add = [&](const char* key, bool later, const char* label, const char* ink) {
     for (const auto& run : runs) {
@@ -221,7 +221,7 @@ void draw(const std::filesystem::path& directory, const CarLog& log, const std::
          {{"error (m)", series, "set logscale y\nset key below"}},
          900,
          520}
-      .write(directory / "error.svg");
+      .write(directory / "error.svg", "Of no source; log of the package gtsam. EKF and batch JML.");
 }
 
 }  // namespace
@@ -261,7 +261,7 @@ int main(int argc, char** argv) {
     if (key == "likely") study.batch<EverySample>("whole flight, a node a sample", "batch_samples");
     report(runs, summary, timing);
     std::printf("Integrating the samples once: %.2f ms a second.\n", study.integration * 1e-6);
-    timing.add(key + "_integration_ms", study.integration * 1e-6);
+    timing.add(key + "_integration_ms", study.integration * 1e-6, "ms");
     for (auto& run : runs) all.push_back(std::move(run));
   };
   const auto metadata = CarNoise::of_metadata(log);

@@ -56,14 +56,14 @@ void pairs(Claims& claims, demo::Summary& summary) {
   const PairCount steep =
       count_pairs({.same_dynamics = true, .least_ratio = 0.05, .most_ratio = 0.5}, some, 6);
   const auto add = [&summary](const std::string& name, const PairCount& c) {
-    summary.add(name + "_pairs", static_cast<double>(c.pairs));
-    summary.add(name + "_solved", static_cast<double>(c.solved));
-    summary.add(name + "_first_unstable", static_cast<double>(c.first));
-    summary.add(name + "_second_unstable", static_cast<double>(c.second));
-    summary.add(name + "_either_unstable", static_cast<double>(c.either));
-    summary.add(name + "_mixed_unstable", static_cast<double>(c.mixed));
-    summary.add(name + "_light", static_cast<double>(c.light));
-    summary.add(name + "_light_unstable", static_cast<double>(c.light_bad));
+    summary.add(name + "_pairs", static_cast<double>(c.pairs), "-");
+    summary.add(name + "_solved", static_cast<double>(c.solved), "-");
+    summary.add(name + "_first_unstable", static_cast<double>(c.first), "-");
+    summary.add(name + "_second_unstable", static_cast<double>(c.second), "-");
+    summary.add(name + "_either_unstable", static_cast<double>(c.either), "-");
+    summary.add(name + "_mixed_unstable", static_cast<double>(c.mixed), "-");
+    summary.add(name + "_light", static_cast<double>(c.light), "-");
+    summary.add(name + "_light_unstable", static_cast<double>(c.light_bad), "-");
   };
   add("pairs_equal", linear);
   add("pairs_independent", free);
@@ -146,10 +146,10 @@ void basins(Claims& claims, demo::Summary& summary, std::string& table) {
       const std::string name = std::string("basin_") + c.key + "_" + key;
       all[name] = b;
       row.push_back(counts(b));
-      summary.add(name + "_found", b.found);
-      summary.add(name + "_elsewhere", b.elsewhere);
-      summary.add(name + "_refused", b.refused);
-      if (watch) summary.add(name + "_not_found_with_full_rank", b.full_rank);
+      summary.add(name + "_found", b.found, "-");
+      summary.add(name + "_elsewhere", b.elsewhere, "-");
+      summary.add(name + "_refused", b.refused, "-");
+      if (watch) summary.add(name + "_not_found_with_full_rank", b.full_rank, "-");
     };
     const jml::DavisonMaki flow;
     fly("ekf", jml::Continuous{jml::Ekf{}, flow});
@@ -234,8 +234,8 @@ void asymptotic(Claims& claims, demo::Summary& summary) {
                   jml::Estimate<double, 2>{State(0, 0), Square::Identity()}};
   for (int i = 0; i < 10000; ++i) (void)ekf.step(sensor, 0.0, 0.01);
   const double ekf_gap = (ekf.P() - limit).norm() / limit.norm(), order = std::log10(far / near);
-  summary.add("asymptotic_order", order);
-  summary.add("asymptotic_ekf_gap", ekf_gap);
+  summary.add("asymptotic_order", order, "-");
+  summary.add("asymptotic_ekf_gap", ekf_gap, "-");
   claims.push_back({"McCaffrey 1998, Proposition 2.1",
                     "\"agrees asymptotically as x̂ → 0 with the optimal (minimum variance) estimate given by "
                     "the steady state limit of the extended Kalman filter\"",
@@ -307,18 +307,18 @@ void discrete(Claims& claims, demo::Summary& summary) {
   }
   const Flight quiet = fly(jml::Jml{}, discrete_track(false, 0));
   const double relative = change.value() / ekf.value(), error = change.standard_error() / ekf.value();
-  summary.add("discrete_ekf_rmse", ekf.root());
-  summary.add("discrete_jml_rmse", jml_mse.root());
-  summary.add("discrete_iterated_rmse", iterated_mse.root());
-  summary.add("discrete_iterated_mse_change", relative);
-  summary.add("discrete_iterated_mse_change_error", error);
-  summary.add("discrete_ekf_excess", ekf_excess.value());
-  summary.add("discrete_jml_excess", jml_excess.value());
-  summary.add("asymmetry_at_13s", at_13s);
-  summary.add("asymmetry_median_largest", demo::median(largest));
-  summary.add("asymmetry_quiet_largest", quiet.largest_asymmetry);
-  summary.add("gain_over_p11_least", least);
-  summary.add("gain_over_p11_most", most);
+  summary.add("discrete_ekf_rmse", ekf.root(), "-");
+  summary.add("discrete_jml_rmse", jml_mse.root(), "-");
+  summary.add("discrete_iterated_rmse", iterated_mse.root(), "-");
+  summary.add("discrete_iterated_mse_change", relative, "-");
+  summary.add("discrete_iterated_mse_change_error", error, "-");
+  summary.add("discrete_ekf_excess", ekf_excess.value(), "-");
+  summary.add("discrete_jml_excess", jml_excess.value(), "-");
+  summary.add("asymmetry_at_13s", at_13s, "-");
+  summary.add("asymmetry_median_largest", demo::median(largest), "-");
+  summary.add("asymmetry_quiet_largest", quiet.largest_asymmetry, "-");
+  summary.add("gain_over_p11_least", least, "-");
+  summary.add("gain_over_p11_most", most, "-");
   claims.push_back(
       {"Rusnak 2015, abstract", "\"gives the value of the optimal estimated state\"",
        say("optimal in the criterion of one step, (11), from its own prior: EKF %.2e ± %.0e and one pass "
@@ -360,8 +360,8 @@ void linear(Claims& claims, demo::Summary& summary) {
     refused += !jml::usable(kalman.step(sensor, y).status) + !jml::usable(iterated.step(sensor, y).status);
     worst = std::max({worst, (kalman.x() - iterated.x()).norm(), (kalman.P() - iterated.P()).norm()});
   }
-  summary.add("linear_difference", worst);
-  summary.add("linear_refused", refused);
+  summary.add("linear_difference", worst, "-");
+  summary.add("linear_refused", refused, "-");
   claims.push_back(
       {"Rusnak 2015, after (9)",
        "\"For linear system Eq. (9) collapses to (7) … and no iteration at every time instant is needed.\"",
@@ -407,8 +407,8 @@ void bounded(Claims& claims, demo::Summary& summary) {
     const double kalman = c.q * c.r / (c.r + 24 * c.q);  // the source's ignores the first sample
     const double reduction = 100 * (1 - mse[24].value() / kalman),
                  error = 100 * mse[24].standard_error() / kalman;
-    summary.add(std::string("constant_") + c.key + "_reduction", reduction);
-    summary.add(std::string("constant_") + c.key + "_reduction_error", error);
+    summary.add(std::string("constant_") + c.key + "_reduction", reduction, "%");
+    summary.add(std::string("constant_") + c.key + "_reduction_error", error, "%");
     reductions += say("%s%.1f ± %.1f %%", reductions.empty() ? "" : ", ", reduction, error);
     near = near && std::abs(reduction - c.printed) < 10;
     if (c.q > c.r) {
@@ -418,10 +418,10 @@ void bounded(Claims& claims, demo::Summary& summary) {
         if (c.q * c.r / (c.r + (n - 1) * c.q) <= 0.03) kalman_reached = n;
       }
       const double law = 2 * 3 * c.r / (26.0 * 27.0);  // 2b²/((n+1)(n+2)), b² = 3 r
-      summary.add("constant_samples_to_0.03", reached);
-      summary.add("constant_kalman_samples_to_0.03", kalman_reached);
-      summary.add("constant_over_law", mse[24].value() / law);
-      summary.add("constant_over_law_error", mse[24].standard_error() / law);
+      summary.add("constant_samples_to_0.03", reached, "samples");
+      summary.add("constant_kalman_samples_to_0.03", kalman_reached, "samples");
+      summary.add("constant_over_law", mse[24].value() / law, "-");
+      summary.add("constant_over_law_error", mse[24].standard_error() / law, "-");
       claims.push_back(
           {"Dissertation, chapter IV, example 1",
            "\"14 whereas the minimum number of samples required using the nonlinear estimator is 7. This "

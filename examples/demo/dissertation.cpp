@@ -33,8 +33,7 @@ namespace {
 using namespace demo::dissertation;
 using demo::Series, demo::Summary, demo::Table, demo::text;
 
-const int constant_runs = 1'000'000, bandwidth_runs = 200'000,
-          transient_runs = 200'000, steady_runs = 30'000;
+const int constant_runs = 1'000'000, bandwidth_runs = 200'000, transient_runs = 200'000, steady_runs = 30'000;
 constexpr double interval = 0.1;  // s
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
@@ -63,14 +62,14 @@ void compare(const C& campaign, std::size_t state, const Printed& printed, const
                text("%.5f", e.bounded.value()), text("%.5f", e.bounded.standard_error()),
                text("%.5f", e.on_line.value())});
     const std::string row = key + text("_%02.0f", static_cast<double>(k)) + '_';
-    summary.add(row + "optimum", e.optimum);
-    summary.add(row + "kalman", e.kalman.value());
-    summary.add(row + "kalman_se", e.kalman.standard_error());
-    summary.add(row + "bounded", e.bounded.value());
-    summary.add(row + "bounded_se", e.bounded.standard_error());
-    summary.add(row + "on_line", e.on_line.value());
-    summary.add(row + "on_line_se", e.on_line.standard_error());
-    summary.add(row + "difference_se", e.difference.standard_error());
+    summary.add(row + "optimum", e.optimum, "-");
+    summary.add(row + "kalman", e.kalman.value(), "-");
+    summary.add(row + "kalman_se", e.kalman.standard_error(), "-");
+    summary.add(row + "bounded", e.bounded.value(), "-");
+    summary.add(row + "bounded_se", e.bounded.standard_error(), "-");
+    summary.add(row + "on_line", e.on_line.value(), "-");
+    summary.add(row + "on_line_se", e.on_line.standard_error(), "-");
+    summary.add(row + "difference_se", e.difference.standard_error(), "-");
   }
   table.print();
   const Stray far = stray(campaign, state, printed);
@@ -78,20 +77,22 @@ void compare(const C& campaign, std::size_t state, const Printed& printed, const
       "Their 100 runs are at most %.1f standard errors from the optimum; %.1f %% of %zu such "
       "campaigns of ours go as far.\n\n",
       far.largest, 100 * far.share, campaign.means.size());
-  summary.add(key + "_source_stray", far.largest);
-  summary.add(key + "_source_stray_share", far.share);
+  summary.add(key + "_source_stray", far.largest, "-");
+  summary.add(key + "_source_stray_share", far.share, "-");
 }
 
 struct Drawing {
   std::filesystem::path directory;
   void operator()(int number, const std::string& title, const std::string& x_title,
                   std::vector<Series> series, const std::string& options = "set yrange [0:*]",
-                  const std::string& y_title = "mean squared error") const {
+                  const std::string& y_title = "mean squared error (-)") const {
     char name[16];
     std::snprintf(name, sizeof name, "fig%02d.svg", number);
     demo::Figure{
         "Fig. " + std::to_string(number) + "  " + title, x_title, {{y_title, std::move(series), options}}}
-        .write(directory / name);
+        .write(directory / name,
+               "Redraws Figure " + std::to_string(number) +
+                   " of the bounded-noise dissertation: its estimator, linearised, and the Kalman filter.");
   }
 };
 
@@ -150,13 +151,14 @@ void constants(const Drawing& draw, Summary& summary, Counts& counts) {
                   text("%.0f", c.source_reduction), sample(better), key == "table4" ? "7" : "-",
                   sample(bounded), source_counted ? "7" : "-", sample(kalman), sample(optimum),
                   source_counted ? "14" : "-"});
-    summary.add(key + "_reduction", reduction(last));
-    summary.add(key + "_reduction_scatter", spread);
-    summary.add(key + "_reduction_se", spread * std::sqrt(source_runs / static_cast<double>(constant_runs)));
-    summary.add(key + "_bounded_better_from", static_cast<double>(better));
-    summary.add(key + "_bounded_reaches_03", static_cast<double>(bounded));
-    summary.add(key + "_kalman_reaches_03", static_cast<double>(kalman));
-    summary.add(key + "_optimum_reaches_03", static_cast<double>(optimum));
+    summary.add(key + "_reduction", reduction(last), "%");
+    summary.add(key + "_reduction_scatter", spread, "%");
+    summary.add(key + "_reduction_se", spread * std::sqrt(source_runs / static_cast<double>(constant_runs)),
+                "%");
+    summary.add(key + "_bounded_better_from", static_cast<double>(better), "samples");
+    summary.add(key + "_bounded_reaches_03", static_cast<double>(bounded), "samples");
+    summary.add(key + "_kalman_reaches_03", static_cast<double>(kalman), "samples");
+    summary.add(key + "_optimum_reaches_03", static_cast<double>(optimum), "samples");
 
     for (int part = 0; part < 2; ++part) {
       const std::size_t from = part == 0 ? 0 : 8, to = part == 0 ? 10 : rows;
@@ -172,7 +174,7 @@ void constants(const Drawing& draw, Summary& summary, Counts& counts) {
       auto series = curves.series();
       series.push_back(printed);
       draw(c.figure + part, std::string("A constant, ") + c.name + (part == 0 ? "" : ", enlarged"),
-           "number of samples", std::move(series));
+           "number of samples (-)", std::move(series));
     }
   }
   overview.print();
@@ -238,15 +240,15 @@ void bandwidths(const Drawing& draw, Summary& summary, Counts& counts) {
                text("%.1f", reduction(e)), text("%.4f", e.difference.value()),
                text("%.4f", scatter(e.difference))});
     const std::string key = text("bandwidth_%g_", w);
-    summary.add(key + "optimum", e.optimum);
-    summary.add(key + "optimum_all_samples", e.optimum_all);
-    summary.add(key + "kalman", e.kalman.value());
-    summary.add(key + "kalman_se", e.kalman.standard_error());
-    summary.add(key + "bounded", e.bounded.value());
-    summary.add(key + "bounded_se", e.bounded.standard_error());
-    summary.add(key + "difference", e.difference.value());
-    summary.add(key + "difference_scatter", scatter(e.difference));
-    summary.add(key + "on_line", e.on_line.value());
+    summary.add(key + "optimum", e.optimum, "-");
+    summary.add(key + "optimum_all_samples", e.optimum_all, "-");
+    summary.add(key + "kalman", e.kalman.value(), "-");
+    summary.add(key + "kalman_se", e.kalman.standard_error(), "-");
+    summary.add(key + "bounded", e.bounded.value(), "-");
+    summary.add(key + "bounded_se", e.bounded.standard_error(), "-");
+    summary.add(key + "difference", e.difference.value(), "-");
+    summary.add(key + "difference_scatter", scatter(e.difference), "-");
+    summary.add(key + "on_line", e.on_line.value(), "-");
     if (w <= .02) low.add(w, e);
     if (w >= 3) high.add(w, e);
   }
@@ -263,11 +265,11 @@ void bandwidths(const Drawing& draw, Summary& summary, Counts& counts) {
       "and above %.2f ± %.2f\nrad/s (± %.1f; source 6.7). Against a Kalman filter that uses the first sample "
       "too: below %.4f rad/s.\n",
       below.w, below.se, below.se * more, above.w, above.se, above.se * more, all_samples.w);
-  summary.add("crossover_low", below.w);
-  summary.add("crossover_low_se", below.se);
-  summary.add("crossover_low_all_samples", all_samples.w);
-  summary.add("crossover_high", above.w);
-  summary.add("crossover_high_se", above.se);
+  summary.add("crossover_low", below.w, "rad/s");
+  summary.add("crossover_low_se", below.se, "rad/s");
+  summary.add("crossover_low_all_samples", all_samples.w, "rad/s");
+  summary.add("crossover_high", above.w, "rad/s");
+  summary.add("crossover_high_se", above.se, "rad/s");
 
   auto series = low.series();
   series.push_back(low.with_first_sample());
@@ -319,11 +321,11 @@ void ratios(const Drawing& draw, Summary& summary, Counts& counts) {
           row.push_back(text("%.4f", value));
         row.push_back(text("%.2f", e.bounded.value() / e.kalman.value()));
         const std::string key = (of_signal ? "q_over_r_" : "r_over_q_") + text("%g_", ratio) + state_names[i];
-        summary.add(key + "_optimum", e.optimum);
-        summary.add(key + "_kalman", e.kalman.value());
-        summary.add(key + "_kalman_se", e.kalman.standard_error());
-        summary.add(key + "_bounded", e.bounded.value());
-        summary.add(key + "_bounded_se", e.bounded.standard_error());
+        summary.add(key + "_optimum", e.optimum, "-");
+        summary.add(key + "_kalman", e.kalman.value(), "-");
+        summary.add(key + "_kalman_se", e.kalman.standard_error(), "-");
+        summary.add(key + "_bounded", e.bounded.value(), "-");
+        summary.add(key + "_bounded_se", e.bounded.standard_error(), "-");
       }
       table.add(row);
     }
@@ -333,7 +335,7 @@ void ratios(const Drawing& draw, Summary& summary, Counts& counts) {
       draw((of_signal ? 14 : 16) + i,
            std::string("Steady-state ") + state_names[i] + " error as a function of " + name +
                (of_signal ? ", R fixed" : ", Q fixed"),
-           name, curves[i].series(), "set yrange [0:*]");
+           std::string(name) + " (-)", curves[i].series(), "set yrange [0:*]");
     }
   }
 }
@@ -374,15 +376,15 @@ void inputs(const Drawing& draw, Summary& summary, Counts& counts) {
       if (b.bounded.value() + 3 * b.bounded.standard_error() < b.optimum_all) better_than_all = t;
       const std::string key =
           std::string("example3_") + state_names[i] + text("_%02.0f_", static_cast<double>(k));
-      summary.add(key + "optimum", b.optimum);
-      summary.add(key + "optimum_all_samples", b.optimum_all);
-      summary.add(key + "kalman", b.kalman.value());
-      summary.add(key + "kalman_se", b.kalman.standard_error());
-      summary.add(key + "kalman_uniform", u.kalman.value());
-      summary.add(key + "bounded_uniform", u.bounded.value());
-      summary.add(key + "bounded_loose", l.bounded.value());
-      summary.add(key + "bounded", b.bounded.value());
-      summary.add(key + "bounded_se", b.bounded.standard_error());
+      summary.add(key + "optimum", b.optimum, "-");
+      summary.add(key + "optimum_all_samples", b.optimum_all, "-");
+      summary.add(key + "kalman", b.kalman.value(), "-");
+      summary.add(key + "kalman_se", b.kalman.standard_error(), "-");
+      summary.add(key + "kalman_uniform", u.kalman.value(), "-");
+      summary.add(key + "bounded_uniform", u.bounded.value(), "-");
+      summary.add(key + "bounded_loose", l.bounded.value(), "-");
+      summary.add(key + "bounded", b.bounded.value(), "-");
+      summary.add(key + "bounded_se", b.bounded.standard_error(), "-");
     }
     table.print();
     const double gain = 100 * (1 - curves.bounded.back() / before.bounded.back());
@@ -394,11 +396,11 @@ void inputs(const Drawing& draw, Summary& summary, Counts& counts) {
         gain, gain_of_shape, until(better).c_str(), until(better_uniform).c_str(),
         until(better_than_all).c_str());
     const std::string key = std::string("example3_") + state_names[i];
-    summary.add(key + "_gain", gain);
-    summary.add(key + "_gain_of_shape", gain_of_shape);
-    summary.add(key + "_better_until", better);
-    summary.add(key + "_better_until_uniform", better_uniform);
-    summary.add(key + "_better_until_all_samples", better_than_all);
+    summary.add(key + "_gain", gain, "%");
+    summary.add(key + "_gain_of_shape", gain_of_shape, "%");
+    summary.add(key + "_better_until", better, "s");
+    summary.add(key + "_better_until_uniform", better_uniform, "s");
+    summary.add(key + "_better_until_all_samples", better_than_all, "s");
 
     auto series = curves.series(", u = ±ū");
     series.push_back({"bounded noise, u uniform", demo::colour::orange, before.x, before.bounded,
@@ -451,9 +453,9 @@ int main(int argc, char** argv) {
   table_5(summary, counts);
   ratios(draw, summary, counts);
   inputs(draw, summary, counts);
-  summary.add("refused", counts.refused);
-  summary.add("violated", counts.violated);
-  summary.add("outside", counts.outside);
+  summary.add("refused", counts.refused, "-");
+  summary.add("violated", counts.violated, "-");
+  summary.add("outside", counts.outside, "-");
   std::printf("%s", notes);
   summary.write(draw.directory / "summary.csv");
 }

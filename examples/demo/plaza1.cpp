@@ -123,7 +123,7 @@ void draw(const std::filesystem::path& directory, const Plaza& data, const std::
            "set size ratio -1\nset key below\nset xrange [-55:35]\nset yrange [-15:72]"}},
          900,
          920}
-      .write(directory / "map.svg");
+      .write(directory / "map.svg", "Of no source; data of Plaza 1. The filter is the EKF with four biases.");
   const auto error = [&](const char* key, const char* label, const char* ink) {
     return Series{label, ink, thinned(result(key).time), thinned(result(key).error), "lines lw 1.2"};
   };
@@ -139,7 +139,9 @@ void draw(const std::filesystem::path& directory, const Plaza& data, const std::
            "set logscale y\nset yrange [0.01:1000]\nset key below"}},
          900,
          620}
-      .write(directory / "error.svg");
+      .write(directory / "error.svg",
+             "Of no source; data of Plaza 1. EKF with and without biases, and rules about an origin that "
+             "means nothing.");
 }
 
 }  // namespace
@@ -177,15 +179,15 @@ int main(int argc, char** argv) {
                std::to_string(r.no_nis), std::to_string(r.refused),
                demo::starred("%.1f", r.cost.sum(), r.cost.missing()), demo::text("%.3f", r.cost.value()),
                demo::text("%.0f", r.watch.median())});
-    summary.add(r.key + "_rmse", r.squared_error.root());
-    summary.add(r.key + "_largest_error", r.largest_error);
-    summary.add(r.key + "_nees", r.nees.value());
-    summary.add(r.key + "_nees_undefined", r.nees.missing());
-    summary.add(r.key + "_rejected", r.rejected);
-    summary.add(r.key + "_no_nis", r.no_nis);
-    summary.add(r.key + "_refused", r.refused);
-    summary.add(r.key + "_cost", r.cost.sum());
-    timing.add(r.key + "_range_ns", r.watch.median());
+    summary.add(r.key + "_rmse", r.squared_error.root(), "m");
+    summary.add(r.key + "_largest_error", r.largest_error, "m");
+    summary.add(r.key + "_nees", r.nees.value(), "-");
+    summary.add(r.key + "_nees_undefined", r.nees.missing(), "-");
+    summary.add(r.key + "_rejected", r.rejected, "-");
+    summary.add(r.key + "_no_nis", r.no_nis, "-");
+    summary.add(r.key + "_refused", r.refused, "-");
+    summary.add(r.key + "_cost", r.cost.sum(), "-");
+    timing.add(r.key + "_range_ns", r.watch.median(), "ns");
   }
   table.print();
   std::printf("%s", notes);

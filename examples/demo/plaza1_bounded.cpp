@@ -87,13 +87,13 @@ int main(int argc, char** argv) {
                demo::text("%.1f", largest), demo::text("%.2f", r.squared_error.root()),
                std::to_string(r.violated), demo::text("%.2f", r.largest_violation), std::to_string(r.refused),
                demo::text("%.1f", r.time)});
-    summary.add(r.key + ".inside", r.inside / rows);
-    summary.add(r.key + ".median_width_m", median);
-    summary.add(r.key + ".largest_width_m", largest);
-    summary.add(r.key + ".centre_rmse_m", r.squared_error.root());
-    summary.add(r.key + ".contradictions", r.violated);
-    summary.add(r.key + ".largest_contradiction_m", r.largest_violation);
-    summary.add(r.key + ".refused", r.refused);
+    summary.add(r.key + ".inside", r.inside / rows, "-");
+    summary.add(r.key + ".median_width_m", median, "m");
+    summary.add(r.key + ".largest_width_m", largest, "m");
+    summary.add(r.key + ".centre_rmse_m", r.squared_error.root(), "m");
+    summary.add(r.key + ".contradictions", r.violated, "-");
+    summary.add(r.key + ".largest_contradiction_m", r.largest_violation, "m");
+    summary.add(r.key + ".refused", r.refused, "-");
   }
   table.print();
   std::printf(
@@ -113,16 +113,18 @@ int main(int argc, char** argv) {
   const auto time = demo::thinned(hours(data.odometry.size()));
   demo::Figure figure{
       "Plaza 1 with bounds alone: larger side of the box, and how far its centre is off",
-      "time s",
-      {{"width m",
+      "time (s)",
+      {{"width (m)",
         {{"linearised, honoured", demo::colour::orange, time, demo::thinned(results[0].width)},
          {"guaranteed, honoured", demo::colour::blue, time, demo::thinned(results[1].width)},
          {"guaranteed, tight", demo::colour::green, time, demo::thinned(results[3].width)}},
         "set logscale y"},
-       {"error of the centre m",
+       {"error of the centre (m)",
         {{"guaranteed, honoured", demo::colour::blue, time, demo::thinned(results[1].error)},
          {"guaranteed, tight", demo::colour::green, time, demo::thinned(results[3].error)}},
         "set yrange [0:*]"}}};
   figure.height = 700;
-  static_cast<void>(figure.write(directory / "plaza1_bounded.svg"));
+  static_cast<void>(
+      figure.write(directory / "plaza1_bounded.svg",
+                   "Of no source; data of Plaza 1. Bounded noise, linearised and guaranteed boxes."));
 }

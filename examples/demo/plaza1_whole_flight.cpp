@@ -184,18 +184,18 @@ void report(const std::vector<Result>& results, const std::string& prefix, demo:
                demo::text("%.3f", r.distance.value()), demo::text("%.1f", r.sweeps.value()),
                std::to_string(r.refused), std::to_string(r.rejected), demo::text("%.1f", r.time)});
     const std::string key = prefix + r.key;
-    summary.add(key + "_rmse", r.squared_error.root());
-    summary.add(key + "_largest_error", r.largest_error);
-    summary.add(key + "_nees", r.nees.value());
+    summary.add(key + "_rmse", r.squared_error.root(), "m");
+    summary.add(key + "_largest_error", r.largest_error, "m");
+    summary.add(key + "_nees", r.nees.value(), "-");
     if (r.excess.count() > 0) {
-      summary.add(key + "_excess_cost", r.excess.value());
-      summary.add(key + "_excess_cost_undefined", r.excess.missing());
-      summary.add(key + "_distance", r.distance.value());
+      summary.add(key + "_excess_cost", r.excess.value(), "-");
+      summary.add(key + "_excess_cost_undefined", r.excess.missing(), "-");
+      summary.add(key + "_distance", r.distance.value(), "m");
     }
-    if (r.sweeps.count() > 0) summary.add(key + "_sweeps", r.sweeps.value());
-    summary.add(key + "_refused", r.refused);
-    summary.add(key + "_rejected", r.rejected);
-    timing.add(key + "_row_us", r.time);
+    if (r.sweeps.count() > 0) summary.add(key + "_sweeps", r.sweeps.value(), "-");
+    summary.add(key + "_refused", r.refused, "-");
+    summary.add(key + "_rejected", r.rejected, "-");
+    timing.add(key + "_row_us", r.time, "µs");
   }
   table.print();
 }
@@ -225,7 +225,8 @@ void draw(const std::filesystem::path& directory, const Plaza& data, const std::
            "set size ratio -1\nset key below\nset xrange [-55:35]\nset yrange [-15:72]"}},
          900,
          920}
-      .write(directory / "map.svg");
+      .write(directory / "map.svg",
+             "Of no source; data of Plaza 1. EKF and the batch JML of the whole flight.");
   const auto error = [&](const char* key, const char* label, const char* ink,
                          const char* style = "lines lw 1.2") {
     std::vector<double> distance;
@@ -243,7 +244,10 @@ void draw(const std::filesystem::path& directory, const Plaza& data, const std::
            "set key below"}},
          900,
          560}
-      .write(directory / "error.svg");
+      .write(directory / "error.svg",
+             "Of no source; data of Plaza 1. EKF, fixed lag of 100 rows (wide, below the EKF, from which it "
+             "differs "
+             "little) and batch JML.");
 }
 
 constexpr const char* notes = R"(
@@ -289,7 +293,7 @@ int main(int argc, char** argv) {
       "Plaza 1: %zu odometry rows, %zu ranges in order of time; position against the ground truth.\n\n",
       data.odometry.size(), data.ranges.size());
   report(results, "", summary, timing);
-  summary.add("correlation_of_errors", correlation_of_errors(data));
+  summary.add("correlation_of_errors", correlation_of_errors(data), "-");
 
   std::vector<Result> filed;
   filed.push_back(ekf(as_filed, "EKF, gate 99.9 %", "ekf", 0.999));
@@ -299,7 +303,7 @@ int main(int argc, char** argv) {
   filed.push_back(whole_interval(as_filed, "whole interval, Cauchy 2", "whole_cauchy", jml::Loss::cauchy(2)));
   std::printf("\nIn the order of the file, where %d ranges come late:\n\n", late_ranges(as_filed));
   report(filed, "file_order_", summary, timing);
-  summary.add("file_order_late_ranges", late_ranges(as_filed));
+  summary.add("file_order_late_ranges", late_ranges(as_filed), "-");
 
   std::printf("%s", notes);
   summary.write(directory / "summary.csv");

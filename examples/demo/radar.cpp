@@ -5,8 +5,8 @@
 // range and angle noise. So the NEES of a consistent filter is 6 on average, and the EKF can be held to that.
 #include <cstdio>
 #include <jml/analysis/nees.hpp>
-#include <jml/jml.hpp>
 #include <jml/campaign/noise.hpp>
+#include <jml/jml.hpp>
 #include <models/radar.hpp>
 #include <string>
 
@@ -106,7 +106,8 @@ void draw(const std::filesystem::path& directory, const Track& track, const std:
            {{"measured", colour::sky, measured_x, measured_height, "points pt 7 ps 0.25"},
             {"true", colour::black, x, height, "lines lw 2.4"},
             {"EKF", colour::red, estimated_x, estimated_height, "lines lw 1.4 dt (8,5)"}}}}}
-      .write(directory / "track.svg");
+      .write(directory / "track.svg",
+             "Of no source. The filter is the EKF; its curve is dashed over the true one.");
 
   const char* inks[] = {colour::blue,   colour::sky,    colour::green, colour::red,
                         colour::purple, colour::orange, colour::black};
@@ -131,7 +132,8 @@ void draw(const std::filesystem::path& directory, const Track& track, const std:
          {position, velocity},
          900,
          900}
-      .write(directory / "errors.svg");
+      .write(directory / "errors.svg",
+             "Of no source. Seven filters; the last two, dashed, lie on the EKF, as the iterated EKF does.");
 }
 
 constexpr const char* notes = R"(
@@ -177,14 +179,14 @@ int main(int argc, char** argv) {
          demo::starred("%.3g", r.nees.value(), r.nees.missing()),
          demo::starred("%.5g", cost, r.cost.missing()), demo::starred("%.2g", excess, r.excess.missing()),
          std::to_string(r.refused), demo::text("%.0f", r.watch.median())});
-    summary.add(r.key + "_position_rmse", 1e3 * r.position.root());
-    summary.add(r.key + "_velocity_rmse", 1e3 * r.velocity.root());
-    summary.add(r.key + "_nees", r.nees.value());
-    summary.add(r.key + "_nees_undefined", r.nees.missing());
-    summary.add(r.key + "_cost", cost);
-    summary.add(r.key + "_excess_cost", excess);
-    summary.add(r.key + "_refused", r.refused);
-    timing.add(r.key + "_step_ns", r.watch.median());
+    summary.add(r.key + "_position_rmse", 1e3 * r.position.root(), "m");
+    summary.add(r.key + "_velocity_rmse", 1e3 * r.velocity.root(), "m/s");
+    summary.add(r.key + "_nees", r.nees.value(), "-");
+    summary.add(r.key + "_nees_undefined", r.nees.missing(), "-");
+    summary.add(r.key + "_cost", cost, "-");
+    summary.add(r.key + "_excess_cost", excess, "-");
+    summary.add(r.key + "_refused", r.refused, "-");
+    timing.add(r.key + "_step_ns", r.watch.median(), "ns");
   }
   table.print();
   std::printf(notes, runs, 1.96 * std::sqrt(2.0 * 6 / runs));

@@ -39,6 +39,7 @@ Track noisy_track(std::uint64_t seed) {
 struct Result {
   demo::Mean position, velocity;  // squared errors of the last half
   double asymmetry = 0;           // largest |P12 - P21|
+  double share = 0;               // and of |P12 - P21|/|P12| from 1 s on
   int refused = 0;
 };
 
@@ -48,7 +49,10 @@ Result run(const Rule& rule, const Track& track, const State& start, std::size_t
   Result out;
   jml::Filter filter{jml::Continuous{rule}, oscillator, from(start)};
   out.refused = follow(filter, sensor, track, stride, between, [&](std::size_t i, const auto&) {
-    out.asymmetry = std::max(out.asymmetry, std::abs(filter.P()(0, 1) - filter.P()(1, 0)));
+    const double asymmetry = std::abs(filter.P()(0, 1) - filter.P()(1, 0));
+    out.asymmetry = std::max(out.asymmetry, asymmetry);
+    if (track.dt * static_cast<double>(i) > 1)
+      out.share = std::max(out.share, asymmetry / std::abs(filter.P()(0, 1)));
     if (2 * i <= track.steps()) return;
     const State error = filter.x() - track.x[i];
     out.position.add(error(0) * error(0));
@@ -68,13 +72,13 @@ void each_rule(const Use& use) {
 void without_noise(const Track& track, demo::Summary& summary) {
   demo::Mean speed;
   for (std::size_t i = steps / 2; i < steps; ++i) speed.add(track.x[i](1) * track.x[i](1));
-  summary.add("quiet_speed_rms", speed.root());
+  summary.add("quiet_speed_rms", speed.root(), "1/s");
   std::printf(
       "Without noise: RMS of the position error over the last half of %.0f s. Held, y is half a sample old:\n"
       "dt/2 · RMS(ξ') = %.3e at 1 ms.\n\n",
       duration, 0.5e-3 * speed.root());
-  demo::Table table({"", "start", "held 1 ms", "0.5 ms", "0.1 ms", "line 1 ms", "0.5 ms",
-                     "velocity, held 1 ms", "max |P₁₂-P₂₁|", "refused"});
+  demo::Table table({"", "held 1 ms", "0.5 ms", "0.1 ms", "line 1 ms", "0.5 ms", "velocity 1 ms",
+                     "max |P₁₂-P₂₁|", "refused"});
   each_rule([&](const char* name, const std::string& key, const auto& rule) {
     for (std::size_t s = 0; s < starts.size(); ++s) {
       const Result held[3] = {run(rule, track, starts[s], 10), run(rule, track, starts[s], 5),
@@ -84,7 +88,7 @@ void without_noise(const Track& track, demo::Summary& summary) {
       int refused = 0;
       for (const Result& r : held) refused += r.refused;
       for (const Result& r : line) refused += r.refused;
-      std::vector<std::string> row{name, start_names[s]};
+      std::vector<std::string> row{std::string(name) + " from " + start_names[s]};
       for (const Result& r : held) row.push_back(demo::text("%.3e", r.position.root()));
       for (const Result& r : line) row.push_back(demo::text("%.2e", r.position.root()));
       row.push_back(demo::text("%.3e", held[0].velocity.root()));
@@ -92,13 +96,13 @@ void without_noise(const Track& track, demo::Summary& summary) {
       row.push_back(std::to_string(refused));
       table.add(row);
       const std::string prefix = "quiet_" + key + "_start" + std::to_string(s);
-      summary.add(prefix + "_floor_1ms", held[0].position.root());
-      summary.add(prefix + "_floor_0.5ms", held[1].position.root());
-      summary.add(prefix + "_floor_0.1ms", held[2].position.root());
-      summary.add(prefix + "_line_1ms", line[0].position.root());
-      summary.add(prefix + "_line_0.5ms", line[1].position.root());
-      summary.add(prefix + "_asymmetry", held[2].asymmetry);
-      summary.add(prefix + "_refused", refused);
+      summary.add(prefix + "_floor_1ms", held[0].position.root(), "-");
+      summary.add(prefix + "_floor_0.5ms", held[1].position.root(), "-");
+      summary.add(prefix + "_floor_0.1ms", held[2].position.root(), "-");
+      summary.add(prefix + "_line_1ms", line[0].position.root(), "-");
+      summary.add(prefix + "_line_0.5ms", line[1].position.root(), "-");
+      summary.add(prefix + "_asymmetry", held[2].asymmetry, "1/s");
+      summary.add(prefix + "_refused", refused, "-");
     }
   });
   table.print();
@@ -111,7 +115,7 @@ void with_noise(demo::Summary& summary) {
       "EKF.\n\n",
       seeds);
   struct Sample {
-    std::vector<double> position, velocity, asymmetry;
+    std::vector<double> position, velocity, asymmetry, share;
     int refused = 0;
   };
   std::map<std::string, Sample> samples;
@@ -124,6 +128,7 @@ void with_noise(demo::Summary& summary) {
       sample.position.push_back(r.position.root());
       sample.velocity.push_back(r.velocity.root());
       sample.asymmetry.push_back(r.asymmetry);
+      sample.share.push_back(r.share);
       sample.refused += r.refused;
       if (seed > 3) return;
       for (std::size_t s = 1; s < starts.size(); ++s) {
@@ -135,7 +140,8 @@ void with_noise(demo::Summary& summary) {
   }
 
   demo::Table table({"", "position", "", "velocity", "", "paired, position", "velocity",
-                     "seeds worse than EKF", "max |P₁₂-P₂₁|: median", "largest", "refused"});
+                     "seeds worse than EKF", "max |P₁₂-P₂₁|: median", "largest", "share of P₁₂: median",
+                     "largest", "refused"});
   const auto part = [](std::vector<double> values, double share) {
     std::sort(values.begin(), values.end());
     return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
@@ -155,20 +161,20 @@ void with_noise(demo::Summary& summary) {
       row.push_back(demo::text("%.3f", mean.value()) + demo::text(" ± %.3f", mean.standard_error()));
       row.push_back(demo::text("[%.2f, ", part(values, 0.1)) + demo::text("%.2f, ", part(values, 0.5)) +
                     demo::text("%.2f]", part(values, 0.9)));
-      const std::string name_of = prefix + "_" + what + "_rms";
-      summary.add(name_of, mean.value());
-      summary.add(name_of + "_error", mean.standard_error());
-      summary.add(name_of + "_tenth", part(values, 0.1));
-      summary.add(name_of + "_median", part(values, 0.5));
-      summary.add(name_of + "_nine_tenths", part(values, 0.9));
+      const std::string name_of = prefix + "_" + what + "_rms", unit = what == "position" ? "-" : "1/s";
+      summary.add(name_of, mean.value(), unit);
+      summary.add(name_of + "_error", mean.standard_error(), unit);
+      summary.add(name_of + "_tenth", part(values, 0.1), unit);
+      summary.add(name_of + "_median", part(values, 0.5), unit);
+      summary.add(name_of + "_nine_tenths", part(values, 0.9), unit);
       if (key == "ekf") {
         paired.push_back("");
         return;
       }
       const double relative = difference.value() / base.value(),
                    error = difference.standard_error() / base.value();
-      summary.add(name_of + "_change", relative);
-      summary.add(name_of + "_change_error", error);
+      summary.add(name_of + "_change", relative, "-");
+      summary.add(name_of + "_change_error", error, "-");
       paired.push_back(demo::text("%+.0f", 100 * relative) + demo::text(" ± %.0f %%", 100 * error));
     };
     judge("position", sample.position, ekf.position);
@@ -179,12 +185,16 @@ void with_noise(demo::Summary& summary) {
     row.push_back(key == "ekf" ? "" : std::to_string(worse));
     row.push_back(demo::text("%.4f", part(sample.asymmetry, 0.5)));
     row.push_back(demo::text("%.4f", part(sample.asymmetry, 1)));
+    row.push_back(demo::text("%.2f", part(sample.share, 0.5)));
+    row.push_back(demo::text("%.2f", part(sample.share, 1)));
     row.push_back(std::to_string(sample.refused));
     table.add(row);
-    summary.add(prefix + "_seeds_worse", worse);
-    summary.add(prefix + "_asymmetry_median", part(sample.asymmetry, 0.5));
-    summary.add(prefix + "_asymmetry_largest", part(sample.asymmetry, 1));
-    summary.add(prefix + "_refused", sample.refused);
+    summary.add(prefix + "_seeds_worse", worse, "-");
+    summary.add(prefix + "_asymmetry_median", part(sample.asymmetry, 0.5), "1/s");
+    summary.add(prefix + "_asymmetry_largest", part(sample.asymmetry, 1), "1/s");
+    summary.add(prefix + "_asymmetry_share_median", part(sample.share, 0.5), "-");
+    summary.add(prefix + "_asymmetry_share_largest", part(sample.share, 1), "-");
+    summary.add(prefix + "_refused", sample.refused, "-");
   });
   table.print();
   std::printf(
@@ -192,7 +202,7 @@ void with_noise(demo::Summary& summary) {
       "most\n"
       "(3 seeds).\n",
       change);
-  summary.add("noisy_start_changes_rms", change);
+  summary.add("noisy_start_changes_rms", change, "-");
 }
 
 #ifdef JML_DEMO_CVODE
@@ -250,8 +260,8 @@ void integrators(const Track& track, demo::Summary& summary) {
                    demo::text("%.1f", static_cast<double>(evaluations) / count), demo::text("%.0f", time)});
         const std::string prefix = std::string("integrator_") + key + (held ? "_held" : "_line") +
                                    (stride == 1 ? "_0.1ms" : "_10ms");
-        summary.add(prefix + "_x", x);
-        summary.add(prefix + "_P", P);
+        summary.add(prefix + "_x", x, "-");
+        summary.add(prefix + "_P", P, "-");
       };
       row("RungeKutta4", "rk4", jml::RungeKutta4{});
       row("DavisonMaki", "davison_maki", jml::DavisonMaki{});
@@ -274,13 +284,22 @@ void draw(const std::filesystem::path& directory, const Track& quiet, const Trac
   using namespace demo;
   History history{.every = 140};  // about 1500 points
   jml::Filter filter{jml::Continuous{jml::Rnls{}}, oscillator, from(starts[0])};
+  history.begin(noisy, filter, sensor.r);
   (void)follow(filter, sensor, noisy, 1, Between::held,
                [&](std::size_t i, const auto& report) { history.record(noisy, i, filter, report); });
-  write_figure(directory, 1, "Output, with noise", history.output_panels());
-  write_figure(directory, 2, "Position, with noise", history.position_panels());
-  write_figure(directory, 3, "Velocity, with noise", history.velocity_panels());
-  write_figure(directory, 4, "Gains, with noise", history.gain_panels());
-  write_figure(directory, 5, "Terms of P, with noise", history.riccati_panels());
+  const auto figure = [&](int number, const std::string& title, std::vector<Panel> panels) {
+    const std::string caption = "Redraws Figure " + std::to_string(number) +
+                                " of Rusnak 2018. The filter is RNLS, from (0, 0); seed 1.";
+    write_figure(directory, number, title + ", with noise", panels, caption);
+    for (Panel& panel : panels) panel.options = "set xrange [0:0.5]";
+    write_figure(directory, number, title + ": the first half second", std::move(panels), caption, "time (s)",
+                 0, "_start");
+  };
+  figure(1, "Output", history.output_panels());
+  figure(2, "Position", history.position_panels());
+  figure(3, "Velocity", history.velocity_panels());
+  figure(4, "Gains", history.gain_panels());
+  figure(5, "Terms of P", history.riccati_panels());
 
   const std::array<const char*, 3> inks{colour::blue, colour::red, colour::green};
   const auto plane = [&](const Track& track, const char* title) {
@@ -297,15 +316,19 @@ void draw(const std::filesystem::path& directory, const Track& quiet, const Trac
     }
     return panel;
   };
-  write_figure(directory, 6, "Phase plane of the errors of RNLS, with and without noise",
-               {plane(noisy, "with noise (1/s)"), plane(quiet, "without noise (1/s)")},
-               "position error ξ - ξ̂ (-); upwards: velocity error", 1000);
+  write_figure(
+      directory, 6, "Phase plane of the errors of RNLS, with and without noise",
+      {plane(noisy, "velocity error, noise (1/s)"), plane(quiet, "velocity error, no noise (1/s)")},
+      "Redraws Figure 6 of Rusnak 2018, of RNLS from three starts; without noise beside it. Where the three "
+      "meet the last drawn hides the others: the starts are forgotten.",
+      "position error ξ - ξ̂ (-)", 1000);
 
   Panel position{"position error (-)", {}}, velocity{"velocity error (1/s)", {}}, gain{"K₁ (1/s)", {}};
   std::size_t number = 0;
   each_rule([&](const char* name, const std::string&, const auto& rule) {
     History h{.every = 140};
     jml::Filter other{jml::Continuous{rule}, oscillator, from(starts[0])};
+    h.begin(noisy, other, sensor.r);
     (void)follow(other, sensor, noisy, 1, Between::held,
                  [&](std::size_t i, const auto& report) { h.record(noisy, i, other, report); });
     const char* ink = inks[number++];
@@ -314,7 +337,8 @@ void draw(const std::filesystem::path& directory, const Track& quiet, const Trac
     gain.series.push_back(h.line("", ink, h.k1, "lines lw 1.3"));
   });
   gain.options = "set logscale y; set format y '10^{%T}'";
-  write_figure(directory, 7, "The three filters side by side, with noise", {position, velocity, gain});
+  write_figure(directory, 7, "The three filters side by side, with noise", {position, velocity, gain},
+               "Of no source: EKF, SDDRE and RNLS on the flight of Figures 1 to 5, seed 1.");
 }
 
 constexpr const char* notes = R"(

@@ -82,7 +82,10 @@ void draw_region(const std::filesystem::path& file, const std::string& title, co
   const bool condition = region.limit == jml::StabilityLimit::condition;
   panel.series.push_back(
       curve(condition ? "dS/dt = 0" : "the box", colour::red, {at, V2(-at)}, "points pt 7 ps 1.1"));
-  Figure{title, "position ξ (-)", {panel}, 900, 640}.write(file);
+  Figure{title, "position ξ (-)", {panel}, 900, 640}.write(
+      file,
+      "Of no source: Proposition 2.1 of McCaffrey 1998. The filter is the algebraic one, (8) and (9); γ is "
+      "the largest certified level.");
 }
 
 void one_state(demo::Summary& summary) {
@@ -99,9 +102,9 @@ void one_state(demo::Summary& summary) {
                demo::text("%.4f", std::abs(region.limiting_point.x(0))),
                demo::text("%.6f", region.printed_level)});
     const std::string prefix = "one_state_" + std::to_string(++number);
-    summary.add(prefix + "_level", region.level);
-    summary.add(prefix + "_by_hand", exact);
-    summary.add(prefix + "_printed_level", region.printed_level);
+    summary.add(prefix + "_level", region.level, "-");
+    summary.add(prefix + "_by_hand", exact, "-");
+    summary.add(prefix + "_printed_level", region.printed_level, "-");
   }
   table.print();
 }
@@ -135,7 +138,7 @@ int main(int argc, char** argv) {
   std::printf("\nThe oscillator, Q = 1, seen through the saturating sensor:\n\n");
   demo::Table table({"", "box ±", "γ", "limit", "at", "γ of (13)", "(13) fails", "starts on the boundary",
                      "converge", "farther", "rays", "fronts", "gap", "|H|"});
-  demo::Panel claim{"|V(x)/V(0) - 1|", {}};
+  demo::Panel claim{"|V(x)/V(0) - 1| (-)", {}};
   const char* inks[] = {demo::colour::blue, demo::colour::green, demo::colour::orange, demo::colour::red};
   for (std::size_t number = 0; number < std::size(cases); ++number) {
     const Case& c = cases[number];
@@ -158,15 +161,15 @@ int main(int argc, char** argv) {
          std::to_string(region.rays.size()), std::to_string(region.levels),
          demo::text("%.2f", region.largest_gap), demo::text("%.0e", region.hamiltonian)});
     const std::string prefix = c.key;
-    summary.add(prefix + "_level", region.level);
-    summary.add(prefix + "_limited_by_condition", region.limit == jml::StabilityLimit::condition);
-    summary.add(prefix + "_limited_by_box", region.limit == jml::StabilityLimit::box);
-    summary.add(prefix + "_printed_level", region.printed_level);
-    summary.add(prefix + "_printed_failures", static_cast<double>(region.printed_failures));
-    summary.add(prefix + "_starts", static_cast<double>(starts.size()));
-    summary.add(prefix + "_converging", converging);
-    summary.add(prefix + "_farther", least);
-    summary.add(prefix + "_hamiltonian", region.hamiltonian);
+    summary.add(prefix + "_level", region.level, "-");
+    summary.add(prefix + "_limited_by_condition", region.limit == jml::StabilityLimit::condition, "-");
+    summary.add(prefix + "_limited_by_box", region.limit == jml::StabilityLimit::box, "-");
+    summary.add(prefix + "_printed_level", region.printed_level, "-");
+    summary.add(prefix + "_printed_failures", static_cast<double>(region.printed_failures), "-");
+    summary.add(prefix + "_starts", static_cast<double>(starts.size()), "-");
+    summary.add(prefix + "_converging", converging, "-");
+    summary.add(prefix + "_farther", least, "-");
+    summary.add(prefix + "_hamiltonian", region.hamiltonian, "-");
 
     // Over all rays that are there, front by front.
     demo::Series series{c.name, inks[number], {}, {}, "lines lw 1.6"};
@@ -185,7 +188,7 @@ int main(int argc, char** argv) {
     std::size_t tenth = 0;  // S ten times that of the first front
     while (tenth + 1 < series.x.size() && series.x[tenth] < 10 * series.x[0]) ++tenth;
     summary.add(prefix + "_covariance_order",
-                std::log(series.y[tenth] / series.y[0]) / std::log(series.x[tenth] / series.x[0]));
+                std::log(series.y[tenth] / series.y[0]) / std::log(series.x[tenth] / series.x[0]), "-");
     claim.series.push_back(std::move(series));
 
     if (prefix == "paper")
@@ -197,8 +200,10 @@ int main(int argc, char** argv) {
   table.print();
   claim.options = "set logscale xy; set format '10^{%T}'; set key top left vertical inside Left reverse";
   demo::Figure{
-      "V(x) goes to V(0) at the origin: the largest change on S = level", "level of S", {claim}, 900, 520}
-      .write(directory / "fig03_claim.svg");
+      "V(x) goes to V(0) at the origin: the largest change on S = level", "level of S (-)", {claim}, 900, 520}
+      .write(directory / "fig03_claim.svg",
+             "Of no source: a claim of Proposition 2.1 of McCaffrey 1998, of the algebraic filter (9) on the "
+             "oscillator.");
   std::printf("%s", notes);
   summary.write(directory / "summary.csv");
 }

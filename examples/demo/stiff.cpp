@@ -224,14 +224,15 @@ void over_sensors(demo::Summary& summary, const std::filesystem::path& directory
     if (substeps < 1e6) {
       const models::SaturatingSignal sensor{.r = R};
       const auto first = [&](double count) {
-        jml::Filter filter{jml::Continuous{jml::Rnls{}, jml::RungeKutta4{static_cast<int>(count)}}, oscillator, start};
+        jml::Filter filter{jml::Continuous{jml::Rnls{}, jml::RungeKutta4{static_cast<int>(count)}},
+                           oscillator, start};
         return filter.step(sensor, output, 0.1).status;
       };
       const jml::Status enough = first(substeps), fewer = first(substeps - 1);
       accepted = short_name(enough) + ", " + short_name(fewer);
-      summary.add("substeps_1e-" + std::to_string(decade) + "_enough", enough == jml::Status::ok);
+      summary.add("substeps_1e-" + std::to_string(decade) + "_enough", enough == jml::Status::ok, "-");
       summary.add("substeps_1e-" + std::to_string(decade) + "_one_less_refused",
-                  fewer == jml::Status::step_too_long);
+                  fewer == jml::Status::step_too_long, "-");
     }
     std::vector<std::string> row{demo::text("%.0e", R), demo::text("%.2g", substeps), accepted};
     const Run exact = reference(R);
@@ -240,9 +241,10 @@ void over_sensors(demo::Summary& summary, const std::filesystem::path& directory
       const double velocity = between(r, exact).velocity;
       row.push_back(demo::text("%.1f", r.status == jml::Status::ok ? r.time : NAN));
       row.push_back(demo::text("%.0e", velocity));
-      summary.add(std::string("over_R_1e-") + std::to_string(decade) + "_" + key + "_velocity", velocity);
+      summary.add(std::string("over_R_1e-") + std::to_string(decade) + "_" + key + "_velocity", velocity,
+                  "1/s");
       summary.add(std::string("over_R_1e-") + std::to_string(decade) + "_" + key + "_evaluations",
-                  static_cast<double>(r.first + r.later));
+                  static_cast<double>(r.first + r.later), "-");
       if (r.status == jml::Status::ok) {
         curves[curve].x.push_back(R);
         curves[curve].y.push_back(r.time);
@@ -267,7 +269,8 @@ void over_sensors(demo::Summary& summary, const std::filesystem::path& directory
                {times, errors},
                900,
                760}
-      .write(directory / "fig03_over_R.svg");
+      .write(directory / "fig03_over_R.svg",
+             "Of no source. RNLS on the oscillator of Rusnak 2018 by four integrators.");
 }
 
 /// P and the steps over the initial transient, from 1e-14 s on.
@@ -275,7 +278,7 @@ void draw_transient(const std::filesystem::path& directory) {
   using namespace demo;
   const models::SaturatingSignal sensor{.r = smallest};
   jml::Filter filter{jml::Continuous{jml::Rnls{}, bdf(1e-6)}, oscillator, start};
-  Series p11{"P₁₁", colour::blue, {}, {}, "lines lw 1.6"},
+  Series p11{"P₁₁ (-)", colour::blue, {}, {}, "lines lw 1.6"},
       p22{"P₂₂ (1/s²)", colour::red, {}, {}, "lines lw 1.6"},
       permitted{"longest Runge-Kutta step, 1.39 / E K", colour::blue, {}, {}, "lines lw 1.6"},
       taken{"mean step of BDF at 1e-6", colour::red, {}, {}, "lines lw 1.6"};
@@ -298,10 +301,10 @@ void draw_transient(const std::filesystem::path& directory) {
   const char* axes = "set logscale xy; set format '10^{%T}'; set xrange [1e-14:10]";
   Figure{"The first ten seconds at R = 1e-12",
          "time (s)",
-         {{"terms of P", {p11, p22}, axes}, {"step (s)", {permitted, taken}, axes}},
+         {{"terms of P (-, 1/s²)", {p11, p22}, axes}, {"step (s)", {permitted, taken}, axes}},
          900,
          760}
-      .write(directory / "fig01_transient.svg");
+      .write(directory / "fig01_transient.svg", "Of no source. RNLS on the oscillator of Rusnak 2018.");
 }
 
 void draw_work(const std::filesystem::path& directory) {
@@ -326,7 +329,8 @@ void draw_work(const std::filesystem::path& directory) {
   Panel panel{"largest error of the velocity, t ≥ 1 s (1/s)", {curves[0], curves[1], curves[2], curves[3]}};
   panel.options = "set logscale xy; set format '10^{%T}'";
   Figure{"Work and precision at R = 1e-12 (times of this run)", "µs a sample of 0.1 s", {panel}, 900, 520}
-      .write(directory / "fig02_work_precision.svg");
+      .write(directory / "fig02_work_precision.svg",
+             "Of no source. RNLS on the oscillator of Rusnak 2018 by four integrators, R = 1e-12.");
 }
 
 constexpr const char* notes = R"(
@@ -359,10 +363,10 @@ int main(int argc, char** argv) {
       "%.0e (P₂₂), relative where P. Evaluations: of x' and P'; Davison-Maki's are of its coefficients.\nµs: "
       "processor time, the best of three runs.\n\n",
       check.position, check.velocity, check.P22);
-  summary.add("reference_position", check.position);
-  summary.add("reference_velocity", check.velocity);
-  summary.add("reference_P22", check.P22);
-  summary.add("reference_first_P22", check.first);
+  summary.add("reference_position", check.position, "-");
+  summary.add("reference_velocity", check.velocity, "1/s");
+  summary.add("reference_P22", check.P22, "1/s²");
+  summary.add("reference_first_P22", check.first, "1/s²");
 
   {
     Comparison table(summary, "function", smallest, Signal::function, 0.1);

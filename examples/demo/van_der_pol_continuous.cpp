@@ -98,10 +98,10 @@ void compare(const std::string& key, bool with_noise, demo::Summary& summary) {
       row.push_back(demo::text("%.4f", r.asymmetry));
       row.push_back(std::to_string(r.refused));
       const std::string prefix = key + "_" + rule_key + (discrete ? "_discrete" : "");
-      summary.add(prefix + "_position_rmse", r.position.root());
-      summary.add(prefix + "_velocity_rmse", r.velocity.root());
-      summary.add(prefix + "_asymmetry", r.asymmetry);
-      summary.add(prefix + "_refused", r.refused);
+      summary.add(prefix + "_position_rmse", r.position.root(), "-");
+      summary.add(prefix + "_velocity_rmse", r.velocity.root(), "1/s");
+      summary.add(prefix + "_asymmetry", r.asymmetry, "1/s");
+      summary.add(prefix + "_refused", r.refused, "-");
     }
     table.add(row);
   });
@@ -143,8 +143,8 @@ void refine(const std::string& key, bool with_noise, demo::Summary& summary, dem
       const double order = std::log2(d[d.size() - 2] / d.back());
       cells.push_back(demo::text("%.3f", order));
       table.add(cells);
-      summary.add(key + "_" + rule_key + "_" + what + "_distance", d.front());
-      summary.add(key + "_" + rule_key + "_" + what + "_order", order);
+      summary.add(key + "_" + rule_key + "_" + what + "_distance", d.front(), "mixed");
+      summary.add(key + "_" + rule_key + "_" + what + "_order", order, "-");
     };
     row(std::string(name) + ": x̂", "x", x_distance);
     row("  P", "P", P_distance);
@@ -158,13 +158,16 @@ void draw(const std::filesystem::path& directory, int first, const std::string& 
   History history;
   history.every = 5;
   auto filter = continuous(jml::Rnls{});
+  history.begin(t, filter, sensor.r);
   (void)follow(filter, sensor, t, 1, Between::line,
                [&](std::size_t i, const auto& report) { history.record(t, i, filter, report); });
   std::vector<double> output_error;
   for (std::size_t i = 0; i < history.t.size(); ++i)
     output_error.push_back(output(State(history.x[i], 0)) - history.y_hat[i]);
   const auto figure = [&](int number, const std::string& title, std::vector<Panel> panels) {
-    write_figure(directory, first + number, title + ", " + condition, std::move(panels));
+    write_figure(directory, first + number, title + ", " + condition, std::move(panels),
+                 "Redraws Figure " + std::to_string(first + number) +
+                     " of Rusnak 2015. The filter is RNLS, in continuous time; one flight.");
   };
   figure(0, "Output", history.output_panels());
   figure(1, "Position", history.position_panels());
@@ -206,12 +209,14 @@ int main(int argc, char** argv) {
   refine("quiet", false, summary, &quiet);
   std::printf("\nBoth noises, seed 1:\n\n");
   refine("noisy", true, summary, &noisy);
-  demo::Panel panel{"RMS distance of x̂", {quiet, noisy}};
+  demo::Panel panel{"RMS distance of x̂ (-, 1/s)", {quiet, noisy}};
   panel.options =
       "set logscale xy; set xrange [5e-5:5e-3]; set yrange [5e-5:2e-2]; set format '10^{%T}'; set key top "
       "left vertical inside";
-  demo::write_figure(directory, 13, "Discrete JML and continuous RNLS, as the step shrinks", {panel},
-                     "step h (s)");
+  demo::write_figure(
+      directory, 13, "Discrete JML and continuous RNLS, as the step shrinks", {panel},
+      "Of no source. RNLS in continuous time against JML, one pass of (14), with R = R_c/h and Q = Q_c/h.",
+      "step h (s)");
   std::printf("%s", notes);
   summary.write(directory / "summary.csv");
 }

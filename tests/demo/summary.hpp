@@ -31,10 +31,12 @@ class Summary {
     std::istringstream in(contents(output(demo) / "summary.csv"));
     std::string line;
     std::getline(in, line);
-    EXPECT_EQ(line, "name,value");
+    EXPECT_EQ(line, "name,value,unit");
     while (std::getline(in, line)) {
       const auto comma = line.find(',');
       values_[line.substr(0, comma)] = std::stod(line.substr(comma + 1));
+      EXPECT_GT(line.size(), line.rfind(',') + 1) << line << ": no unit";
+      EXPECT_NE(line.rfind(','), comma) << line << ": no unit";
     }
   }
   double operator[](const std::string& name) const {

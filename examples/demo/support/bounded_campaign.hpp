@@ -8,8 +8,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <jml/bounded/bounded_noise.hpp>
-#include <jml/jml.hpp>
 #include <jml/campaign/noise.hpp>
+#include <jml/jml.hpp>
 #include <string>
 #include <vector>
 
@@ -155,8 +155,8 @@ struct Curves {
   }
   [[nodiscard]] std::vector<Series> series(const std::string& which = "") const {
     const char* line = "linespoints pt 7 ps 0.5 lw 1.6";
-    return {band("", colour::blue, x, kalman_low, kalman_high),
-            band("", colour::red, x, bounded_low, bounded_high),
+    return {band("95 % of 100 runs", colour::blue, x, kalman_low, kalman_high),
+            band("95 % of 100 runs", colour::red, x, bounded_low, bounded_high),
             {"Kalman filter" + which, colour::blue, x, kalman, line},
             {"bounded noise" + which, colour::red, x, bounded, line}};
   }

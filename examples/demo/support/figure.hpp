@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -47,8 +48,13 @@ struct Figure {
   std::vector<Panel> panels;
   int width = 900, height = 520;
 
-  /// False where gnuplot is missing or failed; the reason is printed once.
-  bool write(const std::filesystem::path& file) const {
+  /// The picture, and beside it its title and caption as text, for the index page. The caption says which
+  /// figure of which source it redraws, and of which filter. False where gnuplot is missing or failed; the
+  /// reason is printed once.
+  bool write(const std::filesystem::path& file, const std::string& caption) const {
+    std::ofstream words(std::filesystem::path(file).replace_extension("txt"));
+    words << title << '\n' << caption << '\n';
+    words.close();
     static const bool present = std::system("command -v gnuplot >/dev/null 2>&1") == 0;
     static bool told = false;
     if (!present) {

@@ -6,10 +6,11 @@
 // π/100 s or as near to it as the grid allows. Their Nyquist frequency is 100 rad/s.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <jml/continuous/continuous.hpp>
 #include <jml/campaign/noise.hpp>
+#include <jml/continuous/continuous.hpp>
 #include <models/continuous.hpp>
 #include <string>
 #include <vector>
@@ -91,21 +92,35 @@ int follow(Filter& filter, const Sensor& sensor, const Track& track, std::size_t
 
 /// The curves of one run, thinned to what a figure shows.
 struct History {
-  std::size_t every = 1;
+  std::size_t every = 1;  ///< and twenty times as many at the start
   std::vector<double> t{}, y{}, y_hat{}, x{}, x_hat{}, v{}, v_hat{}, k1{}, k2{}, p11{}, p12{}, p21{}, p22{};
 
   template <typename Filter, typename Report>
   void record(const Track& track, std::size_t i, const Filter& filter, const Report& report) {
-    if (i % every != 0) return;
-    t.push_back(track.dt * static_cast<double>(i));
-    y.push_back(track.y_until(i));
+    if (i % (i < 20 * every ? std::max<std::size_t>(every / 20, 1) : every) != 0) return;
+    add(track.dt * static_cast<double>(i), track.y_until(i), track.x[i], filter, report.gain(0),
+        report.gain(1));
+  }
+
+  /// t = 0, before the first sample: the gain P m_xᵀ/R of a filter in continuous time.
+  template <typename Filter>
+  void begin(const Track& track, const Filter& filter, double R) {
+    const double slope = models::SaturatingPosition{}.measurement_jacobian(State(filter.x()))(0) / R;
+    add(0, track.y(0), track.x[0], filter, filter.P()(0, 0) * slope, filter.P()(1, 0) * slope);
+  }
+
+  template <typename Filter>
+  void add(double time, double measured, const State& truth, const Filter& filter, double gain_1,
+           double gain_2) {
+    t.push_back(time);
+    y.push_back(measured);
     y_hat.push_back(output(filter.x()));
-    x.push_back(track.x[i](0));
-    v.push_back(track.x[i](1));
+    x.push_back(truth(0));
+    v.push_back(truth(1));
     x_hat.push_back(filter.x()(0));
     v_hat.push_back(filter.x()(1));
-    k1.push_back(report.gain(0));
-    k2.push_back(report.gain(1));
+    k1.push_back(gain_1);
+    k2.push_back(gain_2);
     p11.push_back(filter.P()(0, 0));
     p12.push_back(filter.P()(0, 1));
     p21.push_back(filter.P()(1, 0));
@@ -123,8 +138,9 @@ struct History {
 
   static constexpr const char* dashed = "lines lw 1.8 dt (8,5)";
   [[nodiscard]] std::vector<Panel> output_panels() const {
-    return {{"output y (-)",
-             {line("measured", colour::sky, y, "lines lw 1"), line("estimated", colour::red, y_hat)}}};
+    return {
+        {"output y (-)",
+         {line("measured", colour::sky, y, "lines lw 1"), line("estimated", colour::red, y_hat, dashed)}}};
   }
   [[nodiscard]] std::vector<Panel> position_panels() const {
     return {
@@ -146,14 +162,16 @@ struct History {
   }
 };
 
-/// fig<number>.svg, as high as its panels want it.
+/// fig<number><part>.svg, as high as its panels want it.
 inline void write_figure(const std::filesystem::path& directory, int number, const std::string& title,
-                         std::vector<Panel> panels, const std::string& x_title = "time (s)", int height = 0) {
+                         std::vector<Panel> panels, const std::string& caption,
+                         const std::string& x_title = "time (s)", int height = 0,
+                         const std::string& part = "") {
   char name[16];
-  std::snprintf(name, sizeof name, "fig%02d.svg", number);
+  std::snprintf(name, sizeof name, "fig%02d", number);
   if (height == 0) height = panels.size() == 1 ? 480 : 200 + 220 * static_cast<int>(panels.size());
   Figure{"Fig. " + std::to_string(number) + "  " + title, x_title, std::move(panels), 900, height}.write(
-      directory / name);
+      directory / (name + part + ".svg"), caption);
 }
 
 }  // namespace demo

@@ -41,15 +41,19 @@ inline std::filesystem::path output_directory(int argc, char** argv, const char*
   return argv[1];
 }
 
-/// Two columns, name and value. Times are kept elsewhere, so that two runs write the same bytes.
+/// Three columns: name, value and unit ("-" for numbers and what has none). Times are kept elsewhere, so that
+/// two runs write the same bytes.
 class Summary {
  public:
-  void add(const std::string& name, double value) { rows_.emplace_back(name, value); }
+  void add(const std::string& name, double value, const std::string& unit) {
+    rows_.push_back({name, value, unit});
+  }
   void write(const std::filesystem::path& file) const {
     std::ofstream out(file);
-    out << "name,value\n";
-    for (const auto& [name, value] : rows_) {
-      out << name << ',' << (value == value ? text("%.9g", value) : "nan") << '\n';
+    out << "name,value,unit\n";
+    for (const Row& row : rows_) {
+      out << row.name << ',' << (row.value == row.value ? text("%.9g", row.value) : "nan") << ',' << row.unit
+          << '\n';
     }
     if (!out.flush()) {
       std::fprintf(stderr, "cannot write %s\n", file.c_str());
@@ -58,10 +62,16 @@ class Summary {
   }
 
  private:
-  std::vector<std::pair<std::string, double>> rows_;
+  struct Row {
+    std::string name;
+    double value;
+    std::string unit;
+  };
+  std::vector<Row> rows_;
 };
 
-/// Columns as wide as their longest entry; the first flush left, the others right.
+/// Columns as wide as their longest entry; the first flush left, the others right. What is wider than 110
+/// characters is printed in parts, one below the other, each with the first column.
 class Table {
  public:
   explicit Table(std::vector<std::string> header) : rows_{std::move(header)} {}
@@ -71,18 +81,30 @@ class Table {
     for (const auto& row : rows_) {
       for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], width(row[i]));
     }
+    for (std::size_t first = 1; first == 1 || first < widths.size();) {
+      std::size_t last = first, total = widths[0];
+      while (last < widths.size() && (last == first || total + 2 + widths[last] <= widest))
+        total += 2 + widths[last++];
+      if (first > 1) std::printf("\n");
+      print(widths, first, last);
+      first = last;
+    }
+  }
+
+ private:
+  static constexpr std::size_t widest = 110;
+
+  /// The first column, and those from `first` to before `last`.
+  void print(const std::vector<std::size_t>& widths, std::size_t first, std::size_t last) const {
     for (std::size_t r = 0; r < rows_.size(); ++r) {
-      std::string line;
-      for (std::size_t i = 0; i < rows_[r].size(); ++i) {
-        const std::string blanks(widths[i] - width(rows_[r][i]), ' ');
-        line += i == 0 ? rows_[r][i] + blanks : "  " + blanks + rows_[r][i];
-      }
+      std::string line = rows_[r][0] + std::string(widths[0] - width(rows_[r][0]), ' ');
+      for (std::size_t i = first; i < std::min(last, rows_[r].size()); ++i)
+        line += "  " + std::string(widths[i] - width(rows_[r][i]), ' ') + rows_[r][i];
       std::printf("%s\n", line.c_str());
       if (r == 0) std::printf("%s\n", std::string(width(line), '-').c_str());
     }
   }
 
- private:
   /// Characters, not bytes, of UTF-8.
   static std::size_t width(const std::string& s) {
     return static_cast<std::size_t>(
