@@ -5,7 +5,8 @@
 /// A step goes from the chart at x̂ to the chart at x̄ = f(x̂) (model/local_context.hpp); where it ends at z,
 /// the state becomes x̄ ⊞ z, and P ← J P Jᵀ with J the slope of the chart there (the reset of an error state,
 /// whole). A method that iterates sees noise through f(x, w) and m(x, v) themselves: the step is done again
-/// about the w and v that it found, w = Q f_wᵀ λ and v = R m_vᵀ ν, until these no longer move.
+/// about the w and v that it found, w = Q f_wᵀ λ and v = R m_vᵀ ν, until these no longer move. Where f bends
+/// much in w, iterated/whole_step.hpp says where.
 #pragma once
 
 #include <jml/filter/local_belief.hpp>
@@ -122,14 +123,12 @@ struct LocalMethod : Inner {
     using Scalar = typename Belief::Scalar;
     LocalContext<Scalar, D> here(sample.at);
     here.from = here.to = prior.x;
-    iterate(
-        local_sensor<D, Scalar>(sample.sensor), here, next, report,
-        [&](const auto& sensor, Report& out) {
-          inner().correct(model, prior.local, jml::Sample{sensor, sample.y, here, sample.gate}, next.local,
-                          out);
-          return Verb::correct;
+    iterate<false>(
+        local_sensor<D, Scalar>(sample.sensor), here, prior, sample, next, report,
+        [&](const auto& sensor, const Gate& gate, Report& out) {
+          inner().correct(model, prior.local, jml::Sample{sensor, sample.y, here, gate}, next.local, out);
         },
-        model, sample.y);
+        model);
   }
 
   template <typename Model, typename Belief, typename Sample, typename Report>
@@ -139,13 +138,13 @@ struct LocalMethod : Inner {
     auto there = local_step<Scalar>(model.dynamics.model, prior.x, sample.at);
     report.status = check_step<Space>(there);
     if (report.status != Status::ok) return;
-    iterate(
-        local_sensor<D, Scalar>(sample.sensor), there, next, report,
-        [&](const auto& sensor, Report& out) {
-          const jml::Sample local{sensor, sample.y, there, sample.gate};
+    iterate<true>(
+        local_sensor<D, Scalar>(sample.sensor), there, prior, sample, next, report,
+        [&](const auto& sensor, const Gate& gate, Report& out) {
+          const jml::Sample local{sensor, sample.y, there, gate};
           if constexpr (requires { inner().again(model, prior.local, local, next.local, out); }) {
             const Report fresh = out;
-            if (inner().attempt(model, prior.local, local, next.local, out)) return Verb::step;
+            if (inner().attempt(model, prior.local, local, next.local, out)) return;
             out = fresh;
             inner().again(model, prior.local, local, next.local, out);
           } else if constexpr (requires { inner().step(model, prior.local, local, next.local, out); }) {
@@ -155,12 +154,10 @@ struct LocalMethod : Inner {
             out.status = inner().predict(model, prior.local, there, predicted);
             const auto end = end_of(there);
             if (usable(out.status))
-              inner().correct(model, predicted, jml::Sample{sensor, sample.y, end, sample.gate}, next.local,
-                              out);
+              inner().correct(model, predicted, jml::Sample{sensor, sample.y, end, gate}, next.local, out);
           }
-          return Verb::step;
         },
-        model, sample.y);
+        model);
   }
   template <typename... A>
   bool attempt(const A&...) const = delete;  // those of the method in ℝⁿ are not these
@@ -169,74 +166,132 @@ struct LocalMethod : Inner {
 
  private:
   using Space = SpaceOf<D>;
-  enum class Verb : std::uint8_t { correct, step };
 
   [[nodiscard]] const Inner& inner() const { return *this; }
 
-  /// Runs `verb`, of an iterating method about the noise that it finds, and ends the belief where it led to.
-  template <typename Sensor, typename There, typename Belief, typename Report, typename Run, typename Model,
-            typename Y>
-  static void iterate(Sensor sensor, There& there, Belief& next, Report& report, const Run& run,
-                      const Model& model, const Y& y) {
-    using Scalar = typename Belief::Scalar;
-    const Report fresh = report;
-    Verb verb = run(sensor, report);
-    if constexpr (refrozen) {
-      const Report first = report;
-      constexpr Scalar tolerance = std::is_same_v<Scalar, float> ? Scalar(1e-4) : Scalar(1e-10);
-      constexpr int most = 50;
-      int iterations = report.iterations;
-      for (int round = 0; usable(report.status) && report.gate != Verdict::rejected; ++round) {
-        const Scalar change = refreeze(sensor, there, next, report, model, y, verb == Verb::step);
-        if (change <= tolerance) break;
-        if (round == most || !std::isfinite(change)) {
-          report.status = Status::not_converged;
-          break;
-        }
-        report = fresh;
-        verb = run(sensor, report);
-        iterations += report.iterations;
-      }
-      report.iterations = iterations;
-      report.gate = first.gate;
-      report.innovation = first.innovation;
-      report.innovation_matrix = first.innovation_matrix;
-    }
+  /// Does `run`, of an iterating method about the noise that it finds, and ends the belief where it led to.
+  template <bool moves, typename Sensor, typename There, typename Belief, typename Sample, typename Report,
+            typename Run, typename Model>
+  void iterate(Sensor sensor, There& there, const Belief& prior, const Sample& sample, Belief& next,
+               Report& report, const Run& run, const Model& model) const {
+    if constexpr (!refrozen)
+      run(sensor, sample.gate, report);
+    else
+      refine<moves>(sensor, there, prior, sample, next, report, run, model);
     if (!usable(report.status)) return;
     if (const Status status = settle_at(next, there.to); status != Status::ok) report.status = status;
   }
 
+  /// Runs until the noise that it finds is that about which it was linearised. The first time it begins at
+  /// the prediction, then where its root was, as its neighbours are known. Where it took long, or does not
+  /// come to rest, the minima of the criterion with f(x, w) itself say about which w it is to be done.
+  template <bool moves, typename Sensor, typename There, typename Belief, typename Sample, typename Report,
+            typename Run, typename Model>
+  void refine(Sensor& sensor, There& there, const Belief& prior, const Sample& sample, Belief& next,
+              Report& report, const Run& run, const Model& model) const {
+    using Scalar = typename Belief::Scalar;
+    constexpr Scalar tolerance = std::is_same_v<Scalar, float> ? Scalar(1e-4) : Scalar(1e-10);
+    constexpr int most = 50;
+    const Report fresh = report;
+    int iterations = 0;
+    const auto again = [&] {
+      report = fresh;
+      run(sensor, Gate{}, report);
+      iterations += report.iterations;
+    };
+    constexpr bool seeks = moves && revises_step && Local::disturbances > 0 && requires {
+      inner().seek(model, prior.local, jml::Sample{sensor, sample.y, there, Gate{}}, there, true, true,
+                   iterations);
+    };
+    const auto seek = [&](bool begun, bool widely) {
+      if constexpr (seeks)
+        return inner().seek(model, prior.local, jml::Sample{sensor, sample.y, there, Gate{}}, there, begun,
+                            widely, iterations);
+      else
+        return false;
+    };
+    if constexpr (seeks) there.search = Search::prediction;
+    run(sensor, sample.gate, report);
+    iterations = report.iterations;
+    const Report first = report;
+    const bool rootless = report.status == Status::not_converged || report.status == Status::no_minimum;
+    bool searched = rootless, restless = false;
+    if (rootless && seek(false, true)) again();
+    Scalar before = std::numeric_limits<Scalar>::infinity();
+    for (int round = 0; usable(report.status) && report.gate != Verdict::rejected; ++round) {
+      const Scalar change = refreeze<moves>(sensor, there, next, report, model, sample.y);
+      const bool took_long = round == 0 && iterations > 7;
+      restless = restless || change > before / Scalar(4);
+      const bool widely = seeks && !searched && (took_long || restless);
+      if (change <= tolerance && !(took_long && widely)) break;
+      if (round == most || !std::isfinite(change)) {
+        report.status = Status::not_converged;
+        break;
+      }
+      there.search = Search::slope;
+      const There found = there;
+      const bool moved = (widely || restless) && seek(true, widely);
+      searched = searched || widely;
+      before = change;
+      again();
+      if (moved && !usable(report.status)) {
+        there = found;
+        again();
+      }
+      if (seeks && !searched && !usable(report.status)) {
+        searched = true;
+        if (seek(false, true)) again();
+      }
+    }
+    report.iterations = iterations;
+    report.gate = first.gate;
+    report.innovation = first.innovation;
+    report.innovation_matrix = first.innovation_matrix;
+  }
+
   /// w and v of the root just found become those that the models are linearised about. How far they moved, in
   /// standard deviations.
-  template <typename Sensor, typename There, typename Belief, typename Report, typename Model, typename Y>
+  template <bool moves, typename Sensor, typename There, typename Belief, typename Report, typename Model,
+            typename Y>
   [[nodiscard]] static auto refreeze(Sensor& sensor, There& there, const Belief& next, const Report& report,
-                                     const Model& model, const Y& y, bool moves) {
+                                     const Model& model, const Y& y) {
     using Scalar = typename Belief::Scalar;
     constexpr int n = Local::states, q = Local::disturbances;
     constexpr int p = measurements_of<Sensor>;
     const auto end = end_of(there);
     const Vector<Scalar, n>& z = next.local.x;
     Scalar most = 0;
+    const Vector<Scalar, n> here = kernel::zeros<Vector<Scalar, n>>();  // x̂, where Q is taken, as R is at x̄
+    Vector<Scalar, n> prediction = here;
+    if constexpr (moves) prediction = predicted_state(model.dynamics, here, there);
     kernel::SymmetricFactor<Scalar, p> R;
-    if (!R.factor(noise_covariance(sensor, z, end))) return std::numeric_limits<Scalar>::infinity();
+    if (!R.factor(noise_covariance(sensor, prediction, end))) return std::numeric_limits<Scalar>::infinity();
     const Vector<Scalar, p> nu =
         R.solve(measurement_residual(sensor, Vector<Scalar, p>(y), measurement(sensor, z, end)));
-    if constexpr (q > 0 && revises_step) {
-      if (moves) {
-        const Vector<Scalar, n> lambda = kernel::transposed(measurement_jacobian(sensor, z, end)) * nu;
-        const Matrix<Scalar, q, q> Q = disturbance_covariance(model.dynamics, report.smoothed, there);
-        const Matrix<Scalar, n, q> f_w = disturbance_input(model.dynamics, report.smoothed, there);
-        const Vector<Scalar, q> w = mean_disturbance(model.dynamics.model, there.from,
-                                                     static_cast<const typename There::Plain&>(there)) +
-                                    Q * Vector<Scalar, q>(kernel::transposed(f_w) * lambda);
-        for (int i = 0; i < q; ++i) {
-          if (Q(i, i) > Scalar(0)) most = std::max(most, std::abs(w(i) - there.w(i)) / std::sqrt(Q(i, i)));
-        }
-        there.w = w;
-        there.slope_at = report.smoothed;
-        there.frozen = true;
+    if constexpr (moves && q > 0 && revises_step) {
+      const Vector<Scalar, n> lambda = kernel::transposed(measurement_jacobian(sensor, z, end)) * nu;
+      const Matrix<Scalar, q, q> Q = disturbance_covariance(model.dynamics, here, there);
+      const Vector<Scalar, q> mean = mean_disturbance(model.dynamics.model, there.from,
+                                                      static_cast<const typename There::Plain&>(there));
+      // By the slope that the step had, which makes x_1 = f(x_s, w), and by that at its own x_s.
+      const auto by = [&](const Vector<Scalar, n>& x_s) -> Vector<Scalar, q> {
+        const Matrix<Scalar, n, q> f_w = disturbance_input(model.dynamics, x_s, there);
+        return mean + Q * Vector<Scalar, q>(kernel::transposed(f_w) * lambda);
+      };
+      const Vector<Scalar, q> taken = by(here);
+      there.frozen = false;
+      const Vector<Scalar, q> w = by(report.smoothed);
+      for (int i = 0; i < q; ++i) {
+        const Scalar off = std::max(std::abs(w(i) - there.w(i)), std::abs(taken(i) - there.w(i)));
+        if (Q(i, i) > Scalar(0)) most = std::max(most, off / std::sqrt(Q(i, i)));
       }
+      there.w = w;
+      there.frozen = true;
     }
+    if constexpr (moves && revises_step)
+      there.slope_at = report.smoothed;
+    else
+      there.slope_at = z;
     most = std::max(most, whole_of(sensor).refreeze(z, nu, end));
     return most;
   }

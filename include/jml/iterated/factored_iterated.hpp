@@ -70,6 +70,14 @@ struct Factored<Rule_> {
                                         report);
   }
 
+  /// As of ExactStep.
+  template <typename Model, typename Belief, typename Sample, typename At>
+  [[nodiscard]] bool seek(const Model& model, const Belief& prior, const Sample& sample, At& at, bool begun,
+                          bool widely, int& iterations) const {
+    return detail::seek_minimum_of_whole(rule, model.dynamics, prior.P(), sample, at, begun, widely,
+                                         iterations);
+  }
+
  private:
   OnePassForm one_pass() const { return OnePassForm{rule.inner}; }
 };

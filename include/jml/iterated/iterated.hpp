@@ -13,6 +13,7 @@
 #include <jml/filter/one_pass.hpp>
 #include <jml/iterated/joint_form.hpp>
 #include <jml/iterated/step_again.hpp>
+#include <jml/iterated/whole_step.hpp>
 
 namespace jml {
 
@@ -84,6 +85,14 @@ struct ExactStep : Rule_ {
         report.status =
             detail::step_in_two<motion>(rule(), model, prior, sample.at, sample, end, next, report);
     }
+  }
+
+  /// Of a step in charts with disturbances: to the lowest minimum of its criterion, see whole_step.hpp.
+  template <typename Model, typename Belief, typename Sample, typename At>
+  [[nodiscard]] bool seek(const Model& model, const Belief& prior, const Sample& sample, At& at, bool begun,
+                          bool widely, int& iterations) const {
+    return detail::seek_minimum_of_whole(rule(), model.dynamics, prior.P, sample, at, begun, widely,
+                                         iterations);
   }
 
  private:

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <jml/iterated/descent.hpp>
+#include <jml/model/local_context.hpp>
 #include <jml/solve/anderson.hpp>
 
 namespace jml {
@@ -81,6 +82,30 @@ JML_RARE Root<Step> iterate_as_printed(const Rule& rule, const Step& step, const
   return iterate<true>(rule, step, prediction, tolerance, start);
 }
 
+/// Other minima are not looked for: of a step in charts that is done again.
+template <typename Step>
+[[nodiscard]] bool looks_here_alone(const Step& step) {
+  if constexpr (requires { step.at_y.search; })
+    return step.at_y.search != Search::everywhere;
+  else
+    return false;
+}
+/// Where the iteration begins: at the start, or near a root that is known.
+template <typename Step>
+[[nodiscard]] decltype(auto) beginning_of(const Step& step, const Root<Step>& start) {
+  if constexpr (requires { step.at_y.search; }) {
+    Root<Step> begin = start;
+    if (step.at_y.search == Search::slope) {
+      const typename Step::X x_s = step.at_y.slope_at;
+      Step::join(x_s, dynamics(step.dynamics_model, x_s, step.at), begin.z);
+      if (!step.visit_apart(begin.z, begin.visit)) begin = start;
+    }
+    return begin;
+  } else {
+    return (start);
+  }
+}
+
 /// The root of one step from `start`, (x̂, f(x̂)) already visited: first attempt, then the fallback solver.
 /// `symmetric_prior`: the cost (11) must not be larger than at the start.
 template <typename Rule, typename Step>
@@ -101,22 +126,24 @@ JML_NOINLINE Root<Step> solve_joint_step(const Rule& rule, const Step& step,
       root.status = Status::not_converged;
   };
 
-  Root<Step> root = start;
+  const Root<Step>& begin = beginning_of(step, start);
+  Root<Step> root = begin;
   switch (options.method) {
     case Iteration::anderson:
-      root = iterate<false>(rule, step, prediction, tolerance, start);
+      root = iterate<false>(rule, step, prediction, tolerance, begin);
       break;
     case Iteration::picard:
-      root = iterate_as_printed(rule, step, prediction, tolerance, start);
+      root = iterate_as_printed(rule, step, prediction, tolerance, begin);
       break;
     case Iteration::newton:
-      root = polish(step, tolerance, options.max_iterations, start);
+      root = polish(step, tolerance, options.max_iterations, begin);
       root.solver = Solver::newton;
       break;
     case Iteration::none:
       break;
   }
   judge_cost(root);
+  const bool alone = looks_here_alone(step);
   const bool took_long = root.stalled ? root.iterations > 12 : root.iterations > 7 || !usable(root.status);
   if (!usable(root.status) && options.use_fallback && !options.accept_at_limit) {
     root = use_fallback_solver(rule, step, prediction, tolerance, root);
@@ -129,8 +156,8 @@ JML_NOINLINE Root<Step> solve_joint_step(const Rule& rule, const Step& step,
   if constexpr (Bend<Step>::of_m || Bend<Step>::of_f) {
     const bool found = usable(root.status), searched = options.use_fallback && !options.accept_at_limit;
     if (symmetric_prior && root.status != Status::accepted_at_limit &&
-        (found ? took_long || !bends_little(step, root.z, root.visit) : searched)) {
-      root = seek_minimum(rule, step, prediction, tolerance, start, root, took_long);
+        (found ? (took_long && !alone) || !bends_little(step, root.z, root.visit) : searched && !alone)) {
+      root = seek_minimum(rule, step, prediction, tolerance, start, root, took_long && !alone);
       if (!found) judge_cost(root);
     }
   }

@@ -11,10 +11,15 @@
 /// form there).
 #pragma once
 
+#include <cstdint>
 #include <jml/model/concepts.hpp>
 #include <jml/model/part.hpp>
 
 namespace jml::detail {
+
+/// Where an exact step looks for its root. `everywhere`: from its prediction, and for lower minima too;
+/// `prediction`: from there alone; `slope`: near a root that is known, from x_s = slope_at.
+enum class Search : std::uint8_t { everywhere, prediction, slope };
 
 /// A step between two charts.
 template <typename Scalar, typename D>
@@ -28,6 +33,7 @@ struct LocalContext : StepContext<Scalar, DynamicsTraits<D>::controls> {
   /// Where `frozen`, φ_w is that at this z: of an exact step, which forms it once.
   Vector<Scalar, SpaceOf<D>::tangent> slope_at = kernel::zeros<Vector<Scalar, SpaceOf<D>::tangent>>();
   bool frozen = false;
+  Search search = Search::everywhere;
 
   LocalContext() = default;
   explicit LocalContext(const Plain& at) : Plain(at) {}

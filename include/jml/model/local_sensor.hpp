@@ -95,7 +95,8 @@ struct LocalSensor {
   [[nodiscard]] Matrix<T, measurements, measurements> noise_covariance(
       const Vector<T, Space::tangent>& z, const LocalContext<Scalar, D>& at) const {
     const Plain& plain = at;
-    const Vector<Scalar, numbers> x = Space::plus(at.to, z);
+    // Of an exact step R is that at its prediction x̄, about whatever w the step is linearised.
+    const Vector<Scalar, numbers> x = at.frozen ? at.to : Vector<Scalar, numbers>(Space::plus(at.to, z));
     if constexpr (noisy) {
       return point.frozen ? point.R : effective_covariance(x, plain);
     } else {
