@@ -205,6 +205,22 @@ TEST(WideStep, CovariancesAreThoseOfEstimateAndPrediction) {
   }
 }
 
+// Also of what is many deviations off, and where x_0 = 0 hides that w is not yet what it is to be (y = -7.2):
+// its cost is J of its own x_0 and w, and their slope is zero.
+TEST(WideStep, ItsAnswerIsAStepOfTheModel) {
+  constexpr double P = 0.1, Q = 0.08, R = 0.04;
+  for (double y = -30; y < 60; y += 1.2) {
+    jml::Filter filter{jml::Factored{jml::Iterated<jml::Ekf<>>{}}, Growth{}, start};
+    const auto report = filter.step(Seen{}, y);
+    ASSERT_TRUE(jml::usable(report.status)) << y << ' ' << jml::describe(report.status);
+    const double x = 2 + report.smoothed(0), w = std::log(filter.x()(0) / x), off = y - filter.x()(0);
+    const double J = ((x - 2) * (x - 2) / P + w * w / Q + off * off / R) / 2;
+    EXPECT_NEAR(report.cost, J, 1e-8 * (1 + J)) << y;
+    EXPECT_NEAR((x - 2) / P, off * std::exp(w) / R, 1e-8 * (1 + std::abs(off) * std::exp(w) / R)) << y;
+    EXPECT_NEAR(w / Q, off * filter.x()(0) / R, 1e-8 * (1 + std::abs(off * filter.x()(0)) / R)) << y;
+  }
+}
+
 // What it lets pass is not judged again about another w.
 TEST(WideStep, AGateJudgesOnce) {
   int passed = 0, rejected = 0;

@@ -215,26 +215,32 @@ struct LocalMethod : Inner {
     iterations = report.iterations;
     const Report first = report;
     const bool rootless = report.status == Status::not_converged || report.status == Status::no_minimum;
+    bool searched = rootless, restless = false;
     if (rootless && seek(false, true)) again();
-    bool widely = seeks && !rootless && iterations > 7, restless = false;
     Scalar before = std::numeric_limits<Scalar>::infinity();
     for (int round = 0; usable(report.status) && report.gate != Verdict::rejected; ++round) {
       const Scalar change = refreeze<moves>(sensor, there, next, report, model, sample.y);
-      if (change <= tolerance && !widely) break;
+      const bool took_long = round == 0 && iterations > 7;
+      restless = restless || change > before / Scalar(4);
+      const bool widely = seeks && !searched && (took_long || restless);
+      if (change <= tolerance && !(took_long && widely)) break;
       if (round == most || !std::isfinite(change)) {
         report.status = Status::not_converged;
         break;
       }
       there.search = Search::slope;
-      restless = restless || change > before / Scalar(4);
       const There found = there;
       const bool moved = (widely || restless) && seek(true, widely);
-      widely = false;
+      searched = searched || widely;
       before = change;
       again();
       if (moved && !usable(report.status)) {
         there = found;
         again();
+      }
+      if (seeks && !searched && !usable(report.status)) {
+        searched = true;
+        if (seek(false, true)) again();
       }
     }
     report.iterations = iterations;
@@ -265,12 +271,19 @@ struct LocalMethod : Inner {
     if constexpr (moves && q > 0 && revises_step) {
       const Vector<Scalar, n> lambda = kernel::transposed(measurement_jacobian(sensor, z, end)) * nu;
       const Matrix<Scalar, q, q> Q = disturbance_covariance(model.dynamics, here, there);
-      const Matrix<Scalar, n, q> f_w = disturbance_input(model.dynamics, report.smoothed, there);
-      const Vector<Scalar, q> w = mean_disturbance(model.dynamics.model, there.from,
-                                                   static_cast<const typename There::Plain&>(there)) +
-                                  Q * Vector<Scalar, q>(kernel::transposed(f_w) * lambda);
+      const Vector<Scalar, q> mean = mean_disturbance(model.dynamics.model, there.from,
+                                                      static_cast<const typename There::Plain&>(there));
+      // By the slope that the step had, which makes x_1 = f(x_s, w), and by that at its own x_s.
+      const auto by = [&](const Vector<Scalar, n>& x_s) -> Vector<Scalar, q> {
+        const Matrix<Scalar, n, q> f_w = disturbance_input(model.dynamics, x_s, there);
+        return mean + Q * Vector<Scalar, q>(kernel::transposed(f_w) * lambda);
+      };
+      const Vector<Scalar, q> taken = by(here);
+      there.frozen = false;
+      const Vector<Scalar, q> w = by(report.smoothed);
       for (int i = 0; i < q; ++i) {
-        if (Q(i, i) > Scalar(0)) most = std::max(most, std::abs(w(i) - there.w(i)) / std::sqrt(Q(i, i)));
+        const Scalar off = std::max(std::abs(w(i) - there.w(i)), std::abs(taken(i) - there.w(i)));
+        if (Q(i, i) > Scalar(0)) most = std::max(most, off / std::sqrt(Q(i, i)));
       }
       there.w = w;
       there.frozen = true;
