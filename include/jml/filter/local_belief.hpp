@@ -123,6 +123,12 @@ template <typename Belief, typename Point>
              : Status::covariance_lost;
 }
 
+template <typename Inner, typename D>
+struct LocalMethod;
+
 }  // namespace detail
+
+template <typename Inner, typename D>
+struct PartsOf<detail::LocalMethod<Inner, D>> : PartsOfBase<detail::LocalMethod<Inner, D>, Inner> {};
 
 }  // namespace jml

@@ -298,8 +298,3 @@ struct LocalMethod : Inner {
 };
 
 }  // namespace jml::detail
-
-namespace jml {
-template <typename Inner, typename D>
-struct PartsOf<detail::LocalMethod<Inner, D>> : PartsOfBase<detail::LocalMethod<Inner, D>, Inner> {};
-}  // namespace jml

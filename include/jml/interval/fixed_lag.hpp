@@ -218,7 +218,7 @@ struct FixedLag {
       if (full) --node;
       window.keep();
       window.insert(node, ahead);
-      if (window.roll_out(node))
+      if (detail::roll_out(window, node))
         measure(window, node + 1, sensor, y, gate, report);
       else
         report.status = Status::dynamics_not_finite;

@@ -13,6 +13,7 @@
 #include <jml/interval/frozen_points.hpp>
 #include <jml/interval/linearised.hpp>
 #include <jml/interval/local_record.hpp>
+#include <jml/interval/roll_out.hpp>
 #include <jml/interval/window_parts.hpp>
 
 namespace jml {
@@ -165,28 +166,6 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
     split_step(dynamics_, node(j).x[now_], first, second);
     clear(node(j + 1), first);
     node(j + 2).context = second;
-  }
-  /// The trajectory anew, in another copy: f from node j on, with the disturbances as they are. False where
-  /// it is not finite.
-  bool roll_out(int j) {
-    const int from = now_;
-    flip();
-    prior_.a[now_] = prior_.a[from];
-    for (int k = 0; k <= last_; ++k) {
-      node(k).b[now_] = node(k).b[from];
-      if (k <= j) node(k).x[now_] = node(k).x[from];
-    }
-    kernel::set_zero(node(j + 1).b[now_]);
-    for (int k = j + 1; k <= last_; ++k) {
-      const X& before = node(k - 1).x[now_];
-      if constexpr (!Root::constant) {
-        if (k <= j + 2 && !node(k).noise.form(dynamics_, before, node(k).at())) return false;
-      }
-      node(k).x[now_] =
-          jml::dynamics(dynamics_, before, node(k).at()) + root(k).mean_effect + root(k).B * node(k).b[now_];
-      if (!all_finite(node(k).x[now_])) return false;
-    }
-    return true;
   }
   /// Undoes insert(j); before restore(), which counts the nodes as keep() did.
   void join(int j) {
