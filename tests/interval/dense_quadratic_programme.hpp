@@ -93,7 +93,8 @@ inline std::vector<long double> non_negative(const Big& M, const Big& s) {
   return lambda;
 }
 
-/// x⁺ = F x + G w from x̂_0, P_0 (no rows: of x_0 nothing is known), with measurements; then bounds of any x_k and w_k, and terms μᵀx_k, μᵀw_k.
+/// x⁺ = F x + G w from x̂_0, P_0 (no rows: of x_0 nothing is known), with measurements; then bounds of any x_k
+/// and w_k, and terms μᵀx_k, μᵀw_k.
 class QuadraticProgramme {
  public:
   QuadraticProgramme(const Big& x0, const Big& P0, const Big& F, const Big& G, const Big& Q, int steps)

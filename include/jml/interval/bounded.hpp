@@ -10,16 +10,6 @@ namespace jml {
 
 namespace detail {
 
-template <typename Box, typename Scalar, typename D>
-consteval bool require_bounds() {
-  static_assert(Box::states == states_of<D> &&
-                    (Box::disturbances == 0 || Box::disturbances == DynamicsTraits<D>::disturbances),
-                "jml: the bounds are of another size than the model: jml::Bounds<states, disturbances>");
-  static_assert(std::is_same_v<typename Box::Scalar, Scalar>,
-                "jml: the bounds have another scalar than the estimate: jml::Bounds<n, q, float>");
-  return true;
-}
-
 /// The memory of a FixedLag whose states keep within bounds.
 ///
 /// A bound of a node that has left the window goes on acting by its multiplier, as a term μᵀx of the arrival

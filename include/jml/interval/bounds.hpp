@@ -43,6 +43,16 @@ struct Bounds {
 
 namespace detail {
 
+template <typename Box, typename Scalar, typename D>
+consteval bool require_bounds() {
+  static_assert(Box::states == states_of<D> &&
+                    (Box::disturbances == 0 || Box::disturbances == DynamicsTraits<D>::disturbances),
+                "jml: the bounds are of another size than the model: jml::Bounds<states, disturbances>");
+  static_assert(std::is_same_v<typename Box::Scalar, Scalar>,
+                "jml: the bounds have another scalar than the estimate: jml::Bounds<n, q, float>");
+  return true;
+}
+
 /// The nearest number between two bounds.
 template <typename Scalar>
 [[nodiscard]] Scalar within(Scalar value, Scalar lower, Scalar upper) {
