@@ -84,7 +84,7 @@ struct FactoredExactStep {
 
     // The root, with P as a dense matrix.
     IteratedReport<Scalar, n, p> root;
-    X x_1;
+    X x_1 = predicted.x;
     if (!solve(predicted, root, x_1))
       return root.status == Status::no_minimum ? refuse(root.status) : no_root();
     static_cast<RootReport<Scalar, n>&>(report) = root;
