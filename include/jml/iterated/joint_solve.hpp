@@ -56,9 +56,9 @@ JML_INLINE inline Root<Step> iterate(const Rule& rule, const Step& step, const t
     shortest = move < shortest ? move : shortest;
     settled = move <= tolerance;  // no sweep will move it any more
     // Nor any less far: rounding moves it. Or soon will, where that of z is a large residual.
-    root.stalled = move <= std::sqrt(tolerance) &&
-                   (no_shorter > 1 ||
-                    root.residual * std::numeric_limits<Scalar>::epsilon() > std::sqrt(tolerance) * move);
+    root.stalled = false;
+    if (const Scalar near = std::sqrt(tolerance); move <= near)
+      root.stalled = no_shorter > 1 || root.residual * std::numeric_limits<Scalar>::epsilon() > near * move;
     if (root.stalled && !options.accept_at_limit) break;
     if constexpr (picard)
       kernel::assign(root.z, plain);
