@@ -3,10 +3,10 @@
 /// Everything of jml that needs Eigen alone: no heap, no exceptions, no RTTI.
 ///
 /// Beside it, on request: model/discretize.hpp (Van Loan's matrix exponential), campaign/noise.hpp (for tests
-/// and simulations), continuous/two_point.hpp, continuous/swept.hpp; with component jml::ceres
-/// solve/ceres.hpp; with component jml::cvode continuous/cvode.hpp and analysis/stability_region.hpp; with
-/// component jml::campaign campaign/campaign.hpp and analysis/consistency.hpp, with jml::mpi
-/// campaign/campaign_mpi.hpp.
+/// and simulations), continuous/two_point.hpp, continuous/swept.hpp, continuous/swept_lag.hpp; with component
+/// jml::ceres solve/ceres.hpp; with component jml::cvode continuous/cvode.hpp and
+/// analysis/stability_region.hpp; with component jml::campaign campaign/campaign.hpp and
+/// analysis/consistency.hpp, with jml::mpi campaign/campaign_mpi.hpp.
 #pragma once
 
 #include <jml/analysis/lyapunov.hpp>
