@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstdarg>
+#include <demo/support/figure.hpp>
 #include <demo/support/output.hpp>
 #include <jml/campaign/campaign_report.hpp>
 
@@ -218,6 +219,55 @@ std::string timing(const Study& one, const jml::CampaignResult& result, const Ju
   return out + "\n";
 }
 
+/// RMSE over the EKF's, paired, of the estimators that most scenarios have: a column of points each.
+class Overview {
+ public:
+  void add(const Study& one, const Judgement& j) {
+    std::string name = one.key;
+    std::replace(name.begin(), name.end(), '_', ' ');  // gnuplot's sign of an index
+    tics_ += (count_ == 0 ? "'" : ", '") + name + say("' %d", count_);
+    for (const Judged& e : j.all) {
+      for (std::size_t k = 0; k < series_.size(); ++k) {
+        if (e.name != series_[k].label || e.to_ekf.difference.count < 2) continue;
+        series_[k].x.push_back(count_ + 0.1 * (static_cast<double>(k) - 3));  // beside each other
+        series_[k].y.push_back(e.to_ekf.own / e.to_ekf.ekf);
+      }
+    }
+    ++count_;
+  }
+  void write(const std::filesystem::path& file) const {
+    const std::string options =
+        "set logscale y\nset yrange [0.5:20]\nset ytics (0.5, 0.7, 0.8, 0.9, 1, 1.1, 1.2, 1.5, 2, 3, "
+        "5, 10, 20)\nset xtics rotate by -35 (" +
+        tics_ + say(")\nset xrange [-0.6:%g]", count_ - 0.4);
+    std::vector<demo::Series> all{{"EKF", demo::colour::black, {-0.6, count_ - 0.4}, {1, 1}, "lines lw 1.2"}};
+    for (const demo::Series& series : series_) {
+      if (!series.x.empty()) all.push_back(series);
+    }
+    demo::Figure{"RMSE against the EKF's, same flights",
+                 "scenario",
+                 {{"RMSE / RMSE of the EKF (-)", all, options}},
+                 1000,
+                 640}
+        .write(file,
+               "Of no source: the scenarios of which_estimator_when.md. Below 1 is better than the EKF. Not "
+               "drawn: what is "
+               "beyond 20, runs that failed or got lost.");
+  }
+
+ private:
+  int count_ = 0;
+  std::string tics_;
+  std::vector<demo::Series> series_{
+      {"IEKF", demo::colour::sky, {}, {}, "points pt 7 ps 0.9"},
+      {"SDDRE", demo::colour::green, {}, {}, "points pt 5 ps 0.8"},
+      {"JML", demo::colour::red, {}, {}, "points pt 9 ps 1"},
+      {"iterated JML", demo::colour::purple, {}, {}, "points pt 11 ps 1"},
+      {"fixed lag 20", demo::colour::blue, {}, {}, "points pt 13 ps 1.1"},
+      {"RNLS, continuous", demo::colour::orange, {}, {}, "points pt 6 ps 0.9"},
+      {"bounded noise, guaranteed", demo::colour::grey, {}, {}, "points pt 4 ps 0.9"}};
+};
+
 constexpr const char* opening = R"(# Which estimator, when
 
 Written by `demo_which_estimator` from the campaigns it has flown; no figure and no verdict here is typed by hand. In
@@ -256,6 +306,7 @@ int main(int argc, char** argv) {
   demo::Table overview(
       {"scenario", "runs", "best estimator", "its RMSE", "EKF / best", "is the EKF enough?"});
   std::string sections, times, rows;
+  Overview picture;
   for (const Study& one : study::studies()) {
     const jml::CampaignOptions options{.runs = one.runs, .progress = false};
     const jml::CampaignResult result = one.run(options);
@@ -267,6 +318,7 @@ int main(int argc, char** argv) {
     sections += section(one, j);
     times += timing(one, result, j);
     add(summary, one, j);
+    picture.add(one, j);
     const Judged& best = j.all[j.best];
     const std::string ratio = j.best == j.ekf
                                   ? "1"
@@ -299,6 +351,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "cannot write to %s\n", directory.c_str());
     return 1;
   }
+  picture.write(directory / "against_the_ekf.svg");
   summary.write(directory / "summary.csv");
   overview.print();
   std::printf("\nThe page, with every estimator of every scenario: %s\n",

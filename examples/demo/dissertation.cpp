@@ -164,7 +164,7 @@ void constants(const Drawing& draw, Summary& summary, Counts& counts) {
       const std::size_t from = part == 0 ? 0 : 8, to = part == 0 ? 10 : rows;
       Curves curves;
       Series printed{
-          "Kalman filter, the source's 100 runs", demo::colour::black, {}, {}, "points pt 6 ps 0.9"};
+          "the source's 100 runs", demo::colour::black, {}, {}, "points pt 6 ps 0.9"};
       for (std::size_t k = from; k < to; ++k) {
         const auto n = static_cast<double>(k + 1);
         curves.add(n, campaign.errors[k][0]);
@@ -408,7 +408,7 @@ void inputs(const Drawing& draw, Summary& summary, Counts& counts) {
     series.push_back({"bounded noise, u = ±ū, bound as before", demo::colour::black, unaware.x,
                       unaware.bounded, "lines lw 1.2 dt (4,6)"});
     draw(18 + static_cast<int>(i), std::string("Example 3, ") + state_names[i] + " error", "time (s)",
-         std::move(series), "set yrange [0:.25]\nset key inside right top vertical");
+         std::move(series), "set yrange [0:.25]\nset key below vertical maxrows 3");
   }
 }
 

@@ -114,7 +114,8 @@ void draw(const std::filesystem::path& directory, const Track& track, const std:
   Panel position{"position RMSE (m)", {}, "set logscale y\nset format y '10^{%T}'\nset key off"},
       velocity = position;
   velocity.y_title = "velocity RMSE (m/s)";
-  velocity.options = "set key below vertical maxrows 4 samplen 2 height 1";
+  velocity.options =
+      "set logscale y\nset format y '10^{%T}'\nset key below vertical maxrows 4 samplen 2 height 1";
   for (std::size_t r = 0; r < results.size(); ++r) {
     std::vector<double> time, p, v;
     for (std::size_t i = 0; i < steps; ++i) {

@@ -171,8 +171,8 @@ void draw(const std::filesystem::path& directory, int first, const std::string& 
 /// All filters on the same tracks.
 void compare(const std::string& key, const std::vector<Track>& tracks, demo::Summary& summary) {
   const double count = static_cast<double>(tracks.size());
-  demo::Table table({"", "RMSE position", "velocity 1/s", "output", "position MSE vs EKF", "sum of costs",
-                     "excess", "max |P12-P21| 1/s", "refused"});
+  demo::Table table({"", "position", "velocity 1/s", "output", "MSE vs EKF", "costs", "excess",
+                     "|P12-P21| 1/s", "refused"});
   std::vector<double> ekf;  // position MSE of each run
   const auto row = [&](const char* name, const std::string& rule_key, const auto& rule) {
     Result all;
@@ -208,9 +208,10 @@ void compare(const std::string& key, const std::vector<Track>& tracks, demo::Sum
 }
 
 constexpr const char* notes = R"(
-sum of costs: the one-step criterion (11) over a run, each from the filter's own prior, so it does not rank the filters.
+position, velocity, output: root mean square errors. |P12-P21|: the largest.
+costs: the one-step criterion (11), summed over a run, each from the filter's own prior: it does not rank the filters.
 excess: how far that is above the exact JML step from the same prior; zero for the iterated JML, by its meaning.
-position MSE vs EKF: paired over the runs, with one standard error.
+MSE vs EKF: of position, paired over the runs, with one standard error.
 
 - The iterated JML has the least cost of each step, but one pass of JML or EKF is within a few thousandths of it over
   a whole run: at this sampling a step is nearly linear. JML is optimal per sample in its criterion, not in RMSE.

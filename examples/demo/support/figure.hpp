@@ -94,10 +94,12 @@ struct Figure {
     }
     std::fprintf(out, "set grid lc rgb '#dddddd' lt 1 lw 0.7\nset border lw 0.8\nset tics scale 0.6\n");
     std::fprintf(out, "set lmargin 11\nset rmargin 3\n");
-    std::fprintf(out, "set key above horizontal right samplen 2.5 spacing 1.1\n");
     const int count = static_cast<int>(panels.size());
     std::fprintf(out, "set multiplot layout %d,1 title \"%s\"\n", count, title.c_str());
     for (std::size_t p = 0; p < panels.size(); ++p) {
+      std::fprintf(out, "set autoscale\nunset logscale\nset format '%% h'\n");  // nothing of the panel before
+      std::fprintf(out,
+                   "set key on above horizontal right nobox maxrows auto samplen 2.5 spacing 1.1 height 0\n");
       std::fprintf(out, "set xlabel '%s'\nset ylabel \"%s\"\n", p + 1 == panels.size() ? x_title.c_str() : "",
                    panels[p].y_title.c_str());
       std::fprintf(out, "%s\nplot ", panels[p].options.c_str());
