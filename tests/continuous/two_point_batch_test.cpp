@@ -4,7 +4,7 @@
 // trapezoidal rule. Its steps are of Runge-Kutta, with a disturbance held inside.
 #include <gtest/gtest.h>
 
-#include <jml/continuous/two_point.hpp>
+#include <jml/continuous/swept.hpp>
 #include <jml/model/discretize.hpp>
 
 #include "models/continuous.hpp"
@@ -67,6 +67,33 @@ TEST(TwoPointBatch, TendsToIt) {
     expect_slope(coarse.last(1) - smoother.x()(1), fine.last(1) - smoother.x()(1), "x'(T)");
     expect_slope(coarse.cost - exact.cost, fine.cost - exact.cost, "J");
   }
+}
+
+// Six states, three measurements: the ends of (12), and two ways to it that share no linear algebra.
+TEST(TwoPointBatch, SixStates) {
+  using Six = jml::Vector<double, 6>;
+  Six start;
+  start << 1, 0.5, -0.5, 0, 0, 0;
+  jml::TwoPoint smoother{
+      models::OscillatorChain{},
+      models::SaturatingSignals{1e-3},
+      jml::Estimate<double, 6>{start, jml::Matrix<double, 6, 6>(0.1 * jml::Matrix<double, 6, 6>::Identity())},
+      {.steps = 60}};
+  const auto signal = [](double t) {
+    return jml::Vector<double, 3>(0.6 * std::cos(t), 0.4 * std::sin(1.3 * t) + 0.3, -0.4 * std::cos(0.7 * t));
+  };
+  for (int k = 0; k < 60; ++k) ASSERT_EQ(smoother.step(signal, 0.05), jml::Status::ok);
+  const auto report = smoother.solve();
+  ASSERT_EQ(report.status, jml::Status::ok);
+  const Six first = smoother.x(0), last = smoother.x(), costate = smoother.costate(0);
+  EXPECT_LT((first - start - 0.1 * costate).norm(), 1e-10);
+  EXPECT_EQ(smoother.costate(60).norm(), 0);
+  const auto swept = jml::sweep(smoother, jml::Rnls{});
+  ASSERT_EQ(swept.status, jml::Status::ok);
+  EXPECT_NEAR(swept.cost, report.cost, 1e-9);
+  EXPECT_LT((smoother.x(0) - first).norm(), 1e-8);
+  EXPECT_LT((smoother.x() - last).norm(), 1e-8);
+  EXPECT_LT((smoother.costate(0) - costate).norm(), 1e-6);
 }
 
 }  // namespace

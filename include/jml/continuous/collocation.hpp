@@ -10,7 +10,8 @@
 #pragma once
 
 #include <array>
-#include <jml/model/functions.hpp>
+#include <jml/linear_algebra.hpp>
+#include <jml/model/concepts.hpp>
 #include <jml/solve/elimination.hpp>
 
 namespace jml::detail {
