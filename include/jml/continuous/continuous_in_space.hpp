@@ -9,6 +9,7 @@
 /// direction) is refused, step_too_long.
 #pragma once
 
+#include <algorithm>
 #include <jml/continuous/chart_dynamics.hpp>
 #include <jml/continuous/signal.hpp>
 #include <jml/filter/local_method.hpp>
@@ -94,15 +95,18 @@ struct ContinuousInSpace : LocalMethod<Continuous<Rule, I>, D> {
     using Scalar = typename Belief::Scalar;
     const Inner& inner = *this;
     next = prior;
-    Scalar done = 0, length = at.dt;
-    if constexpr (goes_on) length = reach(model, next.x, at);
+    Scalar done = 0, length = 0;  // length: of the next chart, 0 where it is to be found
     for (int chart = 0; done < at.dt; ++chart) {
       if (chart == most_charts) return Status::step_too_long;
       LocalContext<Scalar, D> there(at);
       there.from = there.to = next.x;
       there.time += static_cast<double>(done);
-      const bool last = !(done + length < at.dt);
-      there.dt = last ? at.dt - done : length;
+      there.dt = at.dt - done;
+      const Scalar left = there.dt;
+      if constexpr (goes_on) {
+        if (length == Scalar(0)) length = reach(model, there);
+        there.dt = std::min(there.dt, length);
+      }
       auto from = next.local;
       Record of;
       const Status status = inner.flow(model, sensor, signal, from, there, next.local, of);
@@ -122,25 +126,22 @@ struct ContinuousInSpace : LocalMethod<Continuous<Rule, I>, D> {
       if (const Status end = settle_at(next, there.from); end != Status::ok) return end;
       kernel::mirror(next.local.P);
       if (!On::contains(next.x)) return Status::outside_space;
-      done = last ? at.dt : done + length;
+      done = there.dt == left ? at.dt : done + there.dt;
+      length = 0;
     }
     return Status::ok;
   }
 
-  /// How long the present velocity keeps well inside a chart, at most at.dt.
-  template <typename Model, typename Scalar, typename At>
-  [[nodiscard]] static Scalar reach(const Model& model, const Vector<Scalar, Local::numbers>& x,
-                                    const At& at) {
-    LocalContext<Scalar, D> here(at);
-    here.from = here.to = x;
-    const Vector<Scalar, Local::states> still = kernel::zeros<Vector<Scalar, Local::states>>(),
-                                        velocity = model.dynamics.dynamics(still, here);
+  /// How long the present velocity keeps well inside the chart, at most there.dt.
+  template <typename Model, typename Scalar>
+  [[nodiscard]] static Scalar reach(const Model& model, const LocalContext<Scalar, D>& there) {
+    using Z = Vector<Scalar, Local::states>;
+    const Z velocity = model.dynamics.dynamics(Z(kernel::zeros<Z>()), there);
     int pieces = 1;
     while (pieces < most_charts / 2 &&
-           !chart_reaches<On>(x, Vector<Scalar, Local::states>((at.dt / Scalar(pieces)) * velocity),
-                              Scalar(0.9)))
+           !chart_reaches<On>(there.from, Z((there.dt / Scalar(pieces)) * velocity), Scalar(0.9)))
       pieces *= 2;
-    return at.dt / Scalar(pieces);
+    return there.dt / Scalar(pieces);
   }
 };
 
