@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// must say: jml: only with Jacobians in the slots B and D do the sweeps end at a solution of (12): take Rnls or Ekf
+// must say: jml: only with Jacobians in the slots B and D do the sweeps end at a solution of (12)
 #include <jml/continuous/swept.hpp>
 
 #include "continuous_parts.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// must say: jml: the two-point smoother is of a sensor with a noise_spectral_density(); one that gives samples goes with
+// must say: jml: the two-point smoother is of a sensor with a noise_spectral_density()
 #include <jml/continuous/two_point.hpp>
 
 #include "continuous_parts.hpp"

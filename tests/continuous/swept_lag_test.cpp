@@ -123,6 +123,16 @@ TEST(SweptLag, NamesAnEscape) {
   expect_escape<1>();
   expect_escape<2>();
 }
+TEST(SweptLag, NamesAnEscapeInsideOneStep) {  // from ½ through the pole to -8.5
+  const jml::Vector<double, 1> one(1);
+  jml::TwoPoint smoother{models::EscapingCopies<1>{},
+                         models::EscapingCopiesSensor<1>{},
+                         jml::Estimate<double, 1>{one, jml::Matrix<double, 1, 1>(0.5)},
+                         {.steps = 1}};
+  ASSERT_EQ(smoother.step(one, 0.8), Status::ok);
+  smoother.start = jml::Start::prediction;
+  EXPECT_EQ(jml::sweep(smoother, jml::Rnls{}).status, Status::riccati_escape);
+}
 
 TEST(SweptLag, ARefusalLeavesItAsItWas) {
   Lag lag = lag_of(4, 2), other = lag_of(4, 2);
