@@ -237,8 +237,8 @@ class Overview {
   }
   void write(const std::filesystem::path& file) const {
     const std::string options =
-        "set logscale y\nset yrange [0.5:20]\nset ytics (0.5, 0.7, 0.8, 0.9, 1, 1.1, 1.2, 1.5, 2, 3, "
-        "5, 10, 20)\nset xtics rotate by -35 (" +
+        "set logscale y\nset yrange [0.6:5]\nset ytics (0.6, 0.8, 1, 1.25, 1.5, 2, 3, 5)\nset xtics rotate "
+        "by -35 (" +
         tics_ + say(")\nset xrange [-0.6:%g]", count_ - 0.4);
     std::vector<demo::Series> all{{"EKF", demo::colour::black, {-0.6, count_ - 0.4}, {1, 1}, "lines lw 1.2"}};
     for (const demo::Series& series : series_) {
@@ -252,7 +252,7 @@ class Overview {
         .write(file,
                "Of no source: the scenarios of which_estimator_when.md. Below 1 is better than the EKF. Not "
                "drawn: what is "
-               "beyond 20, runs that failed or got lost.");
+               "beyond 5, runs that failed or got lost.");
   }
 
  private:
