@@ -5,7 +5,9 @@
 /// of the chart; dexp⁻¹ of ξ on a group (H. Munthe-Kaas, BIT 38 (1998) 92-111).
 #pragma once
 
+#include <cmath>
 #include <jml/model/local_context.hpp>
+#include <utility>
 
 namespace jml::detail {
 
