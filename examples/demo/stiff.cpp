@@ -176,14 +176,14 @@ class Comparison {
                 demo::text("%.1e", d.position), demo::text("%.1e", d.velocity), demo::text("%.1e", d.P22),
                 demo::text("%.1f", whole ? r.time : NAN)});
     const std::string prefix = prefix_ + "_" + key;
-    summary_.add(prefix + "_ok", whole);
-    summary_.add(prefix + "_step_too_long", r.status == jml::Status::step_too_long);
+    summary_.add(prefix + "_ok", whole, "-");
+    summary_.add(prefix + "_step_too_long", r.status == jml::Status::step_too_long, "-");
     if (!whole) return;
-    summary_.add(prefix + "_first_P22", d.first);
-    summary_.add(prefix + "_position", d.position);
-    summary_.add(prefix + "_velocity", d.velocity);
-    summary_.add(prefix + "_P22", d.P22);
-    summary_.add(prefix + "_evaluations_later", later);
+    summary_.add(prefix + "_first_P22", d.first, "-");
+    summary_.add(prefix + "_position", d.position, "-");
+    summary_.add(prefix + "_velocity", d.velocity, "1/s");
+    summary_.add(prefix + "_P22", d.P22, "-");
+    summary_.add(prefix + "_evaluations_later", later, "-");
   }
   void print() const { table_.print(); }
 
@@ -365,8 +365,8 @@ int main(int argc, char** argv) {
       check.position, check.velocity, check.P22);
   summary.add("reference_position", check.position, "-");
   summary.add("reference_velocity", check.velocity, "1/s");
-  summary.add("reference_P22", check.P22, "1/s²");
-  summary.add("reference_first_P22", check.first, "1/s²");
+  summary.add("reference_P22", check.P22, "-");
+  summary.add("reference_first_P22", check.first, "-");
 
   {
     Comparison table(summary, "function", smallest, Signal::function, 0.1);
