@@ -176,14 +176,14 @@ class Comparison {
                 demo::text("%.1e", d.position), demo::text("%.1e", d.velocity), demo::text("%.1e", d.P22),
                 demo::text("%.1f", whole ? r.time : NAN)});
     const std::string prefix = prefix_ + "_" + key;
-    summary_.add(prefix + "_ok", whole);
-    summary_.add(prefix + "_step_too_long", r.status == jml::Status::step_too_long);
+    summary_.add(prefix + "_ok", whole, "-");
+    summary_.add(prefix + "_step_too_long", r.status == jml::Status::step_too_long, "-");
     if (!whole) return;
-    summary_.add(prefix + "_first_P22", d.first);
-    summary_.add(prefix + "_position", d.position);
-    summary_.add(prefix + "_velocity", d.velocity);
-    summary_.add(prefix + "_P22", d.P22);
-    summary_.add(prefix + "_evaluations_later", later);
+    summary_.add(prefix + "_first_P22", d.first, "-");
+    summary_.add(prefix + "_position", d.position, "-");
+    summary_.add(prefix + "_velocity", d.velocity, "1/s");
+    summary_.add(prefix + "_P22", d.P22, "-");
+    summary_.add(prefix + "_evaluations_later", later, "-");
   }
   void print() const { table_.print(); }
 
@@ -260,7 +260,7 @@ void over_sensors(demo::Summary& summary, const std::filesystem::path& directory
     table.add(row);
   }
   table.print();
-  demo::Panel times{"µs a sample of 0.1 s", {curves[0], curves[1], curves[2], curves[3]}};
+  demo::Panel times{"time of a 0.1 s sample (µs)", {curves[0], curves[1], curves[2], curves[3]}};
   errors.series = {error_curves[0], error_curves[1], error_curves[2], error_curves[3]};
   times.options = "set logscale xy; set format '10^{%T}'; set xrange [2e-4:5e-15]";
   errors.options = times.options;
@@ -328,7 +328,8 @@ void draw_work(const std::filesystem::path& directory) {
     add(curves[3], run(jml::DavisonMaki{.substeps = substeps}, smallest));
   Panel panel{"largest error of the velocity, t ≥ 1 s (1/s)", {curves[0], curves[1], curves[2], curves[3]}};
   panel.options = "set logscale xy; set format '10^{%T}'";
-  Figure{"Work and precision at R = 1e-12 (times of this run)", "µs a sample of 0.1 s", {panel}, 900, 520}
+  Figure{
+      "Work and precision at R = 1e-12 (times of this run)", "time of a 0.1 s sample (µs)", {panel}, 900, 520}
       .write(directory / "fig02_work_precision.svg",
              "Of no source. RNLS on the oscillator of Rusnak 2018 by four integrators, R = 1e-12.");
 }
@@ -365,8 +366,8 @@ int main(int argc, char** argv) {
       check.position, check.velocity, check.P22);
   summary.add("reference_position", check.position, "-");
   summary.add("reference_velocity", check.velocity, "1/s");
-  summary.add("reference_P22", check.P22, "1/s²");
-  summary.add("reference_first_P22", check.first, "1/s²");
+  summary.add("reference_P22", check.P22, "-");
+  summary.add("reference_first_P22", check.first, "-");
 
   {
     Comparison table(summary, "function", smallest, Signal::function, 0.1);
