@@ -51,13 +51,15 @@ struct Gate {
 
   /// Lets through whatever has a NIS at all, so that a method which asks for S only on behalf of a gate forms
   /// it, and an indefinite S is refused.
-  [[nodiscard]] static constexpr Gate open() { return {2}; }
+  [[nodiscard]] static constexpr Gate open() { return {all}; }
   /// Lets nothing through: an update that reports innovation and S, and leaves the estimate.
-  [[nodiscard]] static constexpr Gate closed() { return {-1}; }
+  [[nodiscard]] static constexpr Gate closed() { return {-all}; }
+
+  static constexpr double all = 1024;  ///< no probability: stands for open(), and its negative for closed()
 
   [[nodiscard]] constexpr bool off() const { return probability == 1; }
   [[nodiscard]] constexpr bool valid() const {
-    return (probability > 0 && probability <= 1) || probability == 2 || probability == -1;
+    return (probability > 0 && probability <= 1) || probability == all || probability == -all;
   }
   /// True if the gate lets it pass. A NaN does not pass.
   template <typename Scalar>

@@ -212,6 +212,15 @@ TEST(Channel, OneBadAzimuthKeepsTheRange) {
   EXPECT_EQ(filter.P(), by_hand.P());
   EXPECT_EQ(radar.tally().partial, before.partial + 1);
   EXPECT_EQ(radar.rejected_in_a_row(), 1);
+  // A policy does not offer again what was used in part; it says that the gate has shut.
+  radar.lockout = {.after = 2, .recovery = jml::Recovery::accept};
+  y = flight.next();
+  y(1) += 0.5;
+  ASSERT_EQ(by_hand.predict(0.1), Status::ok);
+  ASSERT_EQ(by_hand.update(Radar{}, y, jml::only(0, 2)).status, Status::ok);
+  EXPECT_EQ(radar.step(filter, y, 0.1).gate, Verdict::rejected);
+  EXPECT_EQ(filter.P(), by_hand.P());
+  EXPECT_TRUE(radar.shut());
 }
 
 TEST(Channel, AGateForALateMeasurement) {
@@ -257,6 +266,16 @@ TEST(Channel, Underweights) {
   ASSERT_EQ(radar.step(filter, y, 0.1).status, Status::ok);
   EXPECT_LT((filter.x() - (x + K * (y - Radar{}.measurement(x)))).norm(), 1e-12);
   EXPECT_LT((filter.P() - (P - K * S * K.transpose())).norm(), 1e-12);
+  // What is added is of that S which R alone gives, not of the last one with what was added then.
+  radar.sensor.share = 1;
+  plain = filter;
+  ASSERT_EQ(plain.predict(0.1), Status::ok);
+  radar.sensor.above.setZero();
+  ASSERT_EQ(radar.step(filter, flight.next(), 0.1).status, Status::ok);
+  const auto H2 = Radar{}.measurement_jacobian(plain.x());
+  const jml::Matrix<double, 3, 3> S2 = Radar{}.noise_covariance() + H2 * plain.P() * H2.transpose();
+  EXPECT_LT((radar.sensor.added - S2).norm(), 1e-12 * S2.norm());
+  radar.sensor.above << 0.5, 0.01, 0.01;
   for (int k = 0; k < 30; ++k) ASSERT_EQ(radar.step(filter, flight.next(), 0.1).status, Status::ok);
   EXPECT_EQ(radar.sensor.added.norm(), 0);
 }
@@ -266,12 +285,12 @@ TEST(Channel, ParametersChangedInFlight) {
   Filter filter{jml::Ekf{}, BallisticTarget{}, start()};
   jml::Channel radar{Radar{}};
   ASSERT_EQ(radar.step(filter, flight.next(), 0.1).status, Status::ok);
-  EXPECT_EQ(radar.retune(Radar{.range_sd = 0}, filter.x()), Status::invalid_noise_covariance);
+  EXPECT_EQ(radar.retune(Radar{.range_sd = 0}, filter), Status::invalid_noise_covariance);
   EXPECT_EQ(radar.sensor.range_sd, 0.02);
   EXPECT_EQ(radar.retune(jml::Gate{1.5}), Status::invalid_option);
   EXPECT_EQ(radar.retune(jml::Gate{0.99}), Status::ok);
   EXPECT_EQ(radar.gate.probability, 0.99);
-  EXPECT_EQ(radar.retune(Radar{.range_sd = 0.1}, filter.x()), Status::ok);
+  EXPECT_EQ(radar.retune(Radar{.range_sd = 0.1}, filter), Status::ok);
   EXPECT_EQ(radar.sensor.range_sd, 0.1);
   BallisticTarget other;
   other.acceleration_variance = -1;

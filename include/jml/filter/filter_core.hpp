@@ -76,8 +76,16 @@ class FilterCore {
     if constexpr (rolls_back) {
       const Estimate<Scalar, DynamicsTraits<D>::states, degrees_of<D>> present{belief.x(), belief.P()};
       if (!all_finite(present.x) || !all_finite(present.P)) return Status::covariance_lost;
-      const Status answer = belief.replace(dynamics);
-      return answer == Status::ok ? method.start(belief, present, clock.time()) : answer;
+      const D before = belief.dynamics();
+      const auto held = belief.last_control();
+      Status answer = belief.replace(dynamics);
+      if (answer != Status::ok) return answer;
+      answer = method.start(belief, present, clock.time());
+      if (answer == Status::ok)
+        belief.last_control() = held;
+      else
+        static_cast<void>(belief.replace(before));
+      return answer;
     } else {
       Model other = make_model(method, dynamics);
       if constexpr (requires { other.status(); }) {

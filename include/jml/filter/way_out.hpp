@@ -23,14 +23,21 @@ struct Loosening {
   }
 };
 
+/// P of a belief can be made larger.
+template <typename Belief, typename Scalar, int n>
+concept Loosens = requires(Belief& belief, const Loosening<Scalar, n>& by) { loosen(belief, by, 0.0); };
+
 template <typename Belief, typename Scalar, int n>
   requires std::is_base_of_v<Estimate<Scalar, n>, Belief>
 [[nodiscard]] Status loosen(Belief& belief, const Loosening<Scalar, n>& by, double) {
   if (!by.valid(false)) return Status::invalid_option;
+  Matrix<Scalar, n, n> P = belief.P;
   for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < n; ++j) belief.P(i, j) *= by.kept(i) * by.kept(j);
-    belief.P(i, i) += by.added(i);
+    for (int j = 0; j < n; ++j) P(i, j) *= by.kept(i) * by.kept(j);
+    P(i, i) += by.added(i);
   }
+  if (!all_finite(P)) return Status::invalid_option;
+  kernel::assign(belief.P, P);
   if constexpr (requires { belief.P_low; }) belief.extended = false;
   note_spread(belief, Scalar(0));
   return Status::ok;
@@ -65,8 +72,11 @@ template <typename Belief, typename Scalar, int n>
   present.x = belief.x();
   present.P = belief.P();
   if (!all_finite(present.P)) return Status::covariance_lost;
-  const Status status = loosen(present, by, time);
-  return status == Status::ok ? belief.reset(present, time) : status;
+  Status status = loosen(present, by, time);
+  const auto held = belief.last_control();
+  if (status == Status::ok) status = belief.reset(present, time);
+  if (status == Status::ok) belief.last_control() = held;
+  return status;
 }
 
 /// Of a state in a space P is in the tangent at it, and the state stays.
@@ -83,8 +93,11 @@ template <typename Belief, typename Scalar, int n>
   WatchedEstimate<Scalar, n> present;
   present.P = belief.P();
   if (!all_finite(present.P)) return Status::covariance_lost;
-  const Status status = loosen(present, by, time);
-  return status == Status::ok ? belief.reset(belief.x(), present, time) : status;
+  Status status = loosen(present, by, time);
+  const auto held = belief.last_control();
+  if (status == Status::ok) status = belief.reset(belief.x(), present, time);
+  if (status == Status::ok) belief.last_control() = held;
+  return status;
 }
 
 }  // namespace jml::detail

@@ -45,8 +45,9 @@ class BoundedWindow : public WindowMemory<length, measurements, D, List, Scalar>
 
   template <typename Given>
   Status reset(const Given& given, double time) {
-    all_ = {};
-    return Base::reset(given, time);
+    const Status status = Base::reset(given, time);
+    if (status == Status::ok) all_ = {};
+    return status;
   }
   bool slide(const Loss& loss) {
     slid_ = all_;

@@ -182,7 +182,7 @@ struct LocalRecord : Inner {
       requires requires(Inside& store) { store.reset(given, time); }
     {
       const Status status = inside().reset(given, time);
-      stand_at(point);
+      if (status == Status::ok) stand_at(point);
       return status;
     }
   };

@@ -21,7 +21,12 @@ bool roll_out(Window& window, int j) {
     node.b[now] = node.b[from];
     if (k <= j) node.x[now] = node.x[from];
   }
-  kernel::set_zero(window.node(j + 1).b[now]);
+  // Of a disturbance that is held over the step, its mean in both parts: b √(dt_1/dt) and b √(dt_2/dt).
+  using Scalar = typename Window::Number;
+  auto &first = window.node(j + 1), &second = window.node(j + 2);
+  const Scalar share = first.at().dt / (first.at().dt + second.at().dt);
+  first.b[now] = second.b[from] * std::sqrt(share);
+  second.b[now] = second.b[from] * std::sqrt(Scalar(1) - share);
   for (int k = j + 1; k <= last; ++k) {
     const auto& before = window.node(k - 1).x[now];
     auto& node = window.node(k);

@@ -66,18 +66,23 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
 
   template <typename Given>
   Status reset(const Given& given, double time) {
-    first_ = last_ = now_ = kept_ = 0;
-    clear(node(0), {});
-    node(0).x[0] = given.x;
-    node(0).context.time = time;
-    Status status = std::isfinite(time) ? start_factors(given, arrival_) : Status::invalid_time_step;
+    FactoredBelief<Scalar, n> arrival{};
+    Status status = std::isfinite(time) ? start_factors(given, arrival) : Status::invalid_time_step;
     if constexpr (Root::constant) {
       if (!root_.form(dynamics_, kernel::zeros<X>(), At{}) && status == Status::ok)
         status = Status::invalid_disturbance_covariance;
     }
-    if (status == Status::ok) arrive();
+    if (status != Status::ok) return status;
+    arrival_ = arrival;
+    first_ = last_ = now_ = kept_ = 0;
+    clear(node(0), {});
+    node(0).x[0] = given.x;
+    node(0).context.time = time;
+    arrive();
     return status;
   }
+  /// The control of the last step, for a sensor that reads it.
+  [[nodiscard]] auto& last_control() { return node(last_).context.control; }
 
   /// Other dynamics, for a reset() that follows; or why they are none.
   Status replace(const D& dynamics) {

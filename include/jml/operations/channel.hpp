@@ -11,6 +11,7 @@
 #include <jml/operations/monitor.hpp>
 #include <jml/operations/tally.hpp>
 #include <jml/operations/underweighted.hpp>
+#include <jml/operations/with_gate.hpp>
 
 namespace jml {
 
@@ -27,17 +28,17 @@ template <typename... R>
 ///     const auto report = radar.step(filter, y, dt);          // in place of filter.step(Radar{}, y, dt)
 ///     if (radar.alarms().any()) radar.use = jml::Use::inhibit;
 ///
-///     jml::Channel gnss{Gnss{}, jml::Lockout<6>{.after = 20, .recovery = jml::Recovery::inflate, .variances
-///     = v}}; jml::Channel fix{Radar{}, jml::Lockout{}, jml::blocks(jml::only(0), jml::only(1))};
+///     jml::Channel gnss{Gnss{}, jml::Lockout<6>{.after = 20, .recovery = …, .variances = v}};
+///     jml::Channel fix{Radar{}, jml::Lockout{}, jml::blocks(jml::only(0), jml::only(1))};
 ///
-/// One object per sensor, however many filters of whatever method use it: it holds numbers, no filter. Blocks
-/// are judged each by its own χ² at the prediction, and those that pass are used: the step then predicts,
-/// looks, and corrects, which of an exact rule is the correction from its prediction, not its joint step. A
+/// One object per sensor: it holds numbers, no filter. Blocks are judged each by its own χ² at the
+/// prediction, and those that pass are used: the step predicts, looks, and corrects, which of an exact rule
+/// is the correction from its prediction, not its joint step; a Lockout does not offer the others again. A
 /// FixedLag takes parts of a sensor that stands in its list as jml::Part<S>.
 template <Sensor S, int n = 0, std::size_t groups = 0>
 class Channel {
   static constexpr int p = measurements_of<S>;
-  /// Else it measures all the time, and there is no measurement of the present to be judged again.
+  /// Else it measures all the time: no measurement of the present can be judged again.
   template <typename F>
   static constexpr bool gives_samples = !has_noise_spectral_density<S, typename F::State, typename F::At>();
   static constexpr bool looks = groups > 0 || detail::is_underweighted<S>;
@@ -59,15 +60,25 @@ class Channel {
   [[nodiscard]] int rejected_in_a_row() const { return in_a_row_; }
   /// The gate has been shut for as long as the Lockout says, and its recoveries are used up, or it has none.
   [[nodiscard]] bool shut() const { return shut_; }
+  /// A measurement has come.
+  [[nodiscard]] bool offered() const { return started_; }
   /// s: since the last measurement that was accepted, or the first that was offered; 0 before.
   [[nodiscard]] double since_accepted(double now) const { return started_ ? now - accepted_at_ : 0; }
 
-  /// Other parameters of the sensor, asked at the state x where its R must be valid:
-  /// invalid_noise_covariance, and the old ones stay.
-  template <typename Scalar, int states>
-  [[nodiscard]] Status retune(const S& other, const Vector<Scalar, states>& x) {
-    const auto R = noise_covariance(other, x, StepContext<Scalar, 0>{});
-    if (!all_finite(R) || !is_noise_covariance(R)) return Status::invalid_noise_covariance;
+  /// Other parameters of the sensor; its R is asked at the filter's state and time, with no control.
+  /// invalid_noise_covariance (invalid_option of an Underweighted), and the old ones stay.
+  template <typename F>
+  [[nodiscard]] Status retune(const S& other, const F& filter) {
+    const typename F::At at{filter.time(), 0, kernel::zeros<typename F::Control>()};
+    const typename F::State x = filter.x();
+    if constexpr (detail::is_underweighted<S>) {
+      if (!other.valid()) return Status::invalid_option;
+    }
+    if constexpr (has_noise_covariance<S, typename F::State, typename F::At>()) {
+      if (!is_noise_covariance(noise_covariance(other, x, at))) return Status::invalid_noise_covariance;
+    } else if constexpr (has_noise_spectral_density<S, typename F::State, typename F::At>()) {
+      if (!is_noise_covariance(noise_spectral_density(other, x, at))) return Status::invalid_noise_covariance;
+    }
     sensor = other;
     return Status::ok;
   }
@@ -85,20 +96,21 @@ class Channel {
       F& filter, const typename F::template Measurement<S>& y, const Step& dt = {},
       const typename F::Control& control = kernel::zeros<typename F::Control>()) {
     typename F::template Report<S> report;
-    const double before = filter.time();
     if (use == Use::inhibit) return inhibited(report, filter.predict(dt, control));
     report.status = checked();
     if (report.status != Status::ok) return report;
-    begin(before);
+    begin(filter.time());
+    bool moved = true;  // to the time of y
     if constexpr (looks) {
       report.status = filter.predict(dt, control);
-      if (usable(report.status)) report = used(filter, y, wanted());
+      moved = usable(report.status);
+      if (moved) report = used(filter, y, wanted());
     } else {
-      const With with(filter, wanted());
+      const detail::WithGate with(filter, wanted());
       report = filter.step(sensor, y, dt, control);
+      if (!usable(report.status)) moved = usable(filter.predict(dt, control));
     }
-    if (!usable(report.status) && !looks) static_cast<void>(filter.predict(dt, control));
-    return judged(filter, y, report, true);
+    return judged(filter, y, report, moved);
   }
 
   /// Correct with y, as filter.update(): of the present, or of before where `when` says so (at_time(t),
@@ -119,27 +131,18 @@ class Channel {
   auto each_part(auto&& f) {
     constexpr int most = std::numeric_limits<int>::max();
     return f(use, tally_, monitor, in_range(in_a_row_, 0, most), in_range(recoveries_, 0, most), accepted_at_,
-             started_, shut_);
+             waits_since_, started_, shut_);
   }
 
  private:
-  /// A filter's gate, for the length of a scope.
-  template <typename F>
-  class With {
-   public:
-    With(F& filter, const Gate& gate) : filter_(filter), old_(filter.gate) { filter.gate = gate; }
-    ~With() { filter_.gate = old_; }
-    With(const With&) = delete;
-    With& operator=(const With&) = delete;
-
-   private:
-    F& filter_;
-    Gate old_;
-  };
-
   [[nodiscard]] Status checked() const {
     bool good = gate.valid() && lockout.valid() && monitor.options.valid(p);
     if constexpr (detail::is_underweighted<S>) good = good && sensor.valid();
+    Rows seen;
+    for (const Rows& block : blocks) {
+      good = good && block.mask != 0 && block.within(p) && (block.mask & seen.mask) == 0;
+      seen.mask |= block.mask;
+    }
     return good ? Status::ok : Status::invalid_option;
   }
   [[nodiscard]] Gate wanted() const { return use == Use::force ? Gate::open() : gate; }
@@ -151,7 +154,7 @@ class Channel {
     return report;
   }
   void begin(double now) {
-    if (!started_) accepted_at_ = now;
+    if (!started_) accepted_at_ = waits_since_ = now;
     started_ = true;
   }
 
@@ -159,8 +162,17 @@ class Channel {
   template <typename F, typename... When>
   auto used(F& filter, const typename F::template Measurement<S>& y, const Gate& by, const When&... when) {
     if constexpr (looks) {
+      static_assert(
+          detail::HasRiccati<typename F::Belief>,
+          "jml: a channel in blocks, or underweighted, needs a filter with an innovation matrix: of a box a "
+          "measurement that contradicts is not used anyway");
+      if constexpr (detail::is_underweighted<S>) {
+        static_assert(!detail::NoisySensorIn<S, typename F::State::Scalar, F::states, typename F::At>,
+                      "jml: what an Underweighted sensor adds to R is in units of y: its noise is additive");
+        kernel::set_zero(sensor.added);
+      }
       const auto look = [&] {
-        const With with(filter, Gate::closed());
+        const detail::WithGate with(filter, Gate::closed());
         return filter.update(sensor, y, when...);
       };
       auto report = look();
@@ -171,22 +183,21 @@ class Channel {
         report.gate = by.off() ? Verdict::off : Verdict::accepted;
         if (passing.count() < judged_rows().count()) report.gate = Verdict::rejected;
         if (passing.count() == 0) return report;
-        const auto innovation = report.innovation;
-        const auto S_of_all = report.innovation_matrix;
-        const Verdict verdict = report.gate;
-        const With with(filter, use == Use::force ? Gate::open() : Gate{});
+        auto of_all = report;
+        const detail::WithGate with(filter, use == Use::force ? Gate::open() : Gate{});
         report = filter.update(sensor, y, passing, when...);
-        report.gate = verdict;
-        report.innovation = innovation;
-        report.innovation_matrix = S_of_all;
-        partial_ = verdict == Verdict::rejected && usable(report.status);
+        report.gate = of_all.gate;
+        report.innovation = detail::kept(of_all.innovation, judged_rows());
+        report.innovation_matrix = detail::decoupled(of_all.innovation_matrix, judged_rows());
+        report.degrees = static_cast<std::int16_t>(judged_rows().count());
+        partial_ = report.gate == Verdict::rejected && usable(report.status);
         return report;
       } else {
-        const With with(filter, by);
+        const detail::WithGate with(filter, by);
         return filter.update(sensor, y, when...);
       }
     } else {
-      const With with(filter, by);
+      const detail::WithGate with(filter, by);
       return filter.update(sensor, y, when...);
     }
   }
@@ -208,13 +219,6 @@ class Channel {
     return passing;
   }
 
-  /// Refused for what the filter is, and not for what it was given.
-  [[nodiscard]] static constexpr bool lost(Status status) {
-    return status == Status::covariance_lost || status == Status::singular_innovation ||
-           status == Status::innovation_indefinite || status == Status::accuracy_not_met ||
-           status == Status::contradiction || status == Status::not_converged || status == Status::no_minimum;
-  }
-
   /// Counts what became of y, and where the gate has shut, tries again.
   template <typename F, typename Report>
   Report judged(F& filter, const typename F::template Measurement<S>& y, Report report, bool present) {
@@ -224,15 +228,14 @@ class Channel {
     };
     if (usable(report.status)) monitor.take(static_cast<const Vector<Scalar, p>&>(y), report);
     const bool rejected = usable(report.status) && fails(report);
-    if (rejected || lost(report.status)) {
+    if (rejected || detail::refused_by_filter(report.status)) {
       in_a_row_ += in_a_row_ < std::numeric_limits<int>::max();
+      // What was used in part is not offered again, nor what is not of the present.
+      shut_ = is_shut(filter.time());
       if constexpr (gives_samples<F>) {
-        if (present && is_shut(filter.time()) && may_recover(filter)) {
+        if (shut_ && present && !partial_ && may_recover(filter)) {
           const auto second = recover(filter, y);
-          if (usable(second.status) && !fails(second)) {
-            report = second;
-            partial_ = false;
-          }
+          if (usable(second.status) && (!fails(second) || partial_)) report = second;
         }
       }
     }
@@ -251,11 +254,11 @@ class Channel {
   }
   void accept(double now) {
     in_a_row_ = recoveries_ = 0;
-    accepted_at_ = now;
+    accepted_at_ = waits_since_ = now;
     shut_ = false;
   }
   [[nodiscard]] bool is_shut(double now) const {
-    return (lockout.after > 0 && in_a_row_ >= lockout.after) || since_accepted(now) >= lockout.seconds;
+    return (lockout.after > 0 && in_a_row_ >= lockout.after) || now - waits_since_ >= lockout.seconds;
   }
 
   template <typename F>
@@ -266,7 +269,7 @@ class Channel {
   }
   template <typename F>
   [[nodiscard]] bool inflate(F& filter) const {
-    if constexpr (n > 0 && detail::HasRiccati<typename F::Belief>) {
+    if constexpr (n > 0 && detail::Loosens<typename F::Belief, typename F::State::Scalar, F::degrees>) {
       static_assert(n == F::degrees,
                     "jml: the variances of a Lockout have the degrees of freedom of the state");
       using Scalar = typename F::State::Scalar;
@@ -281,7 +284,7 @@ class Channel {
     ++recoveries_;
     ++tally_.recovered;
     in_a_row_ = 0;
-    accepted_at_ = filter.time();  // the seconds of the next recovery count from here
+    waits_since_ = filter.time();
     Gate again = wanted();
     if (lockout.recovery == Recovery::widen) again = {lockout.probability};
     if (lockout.recovery == Recovery::accept) again = Gate::open();
@@ -290,7 +293,7 @@ class Channel {
 
   Tally tally_{};
   int in_a_row_ = 0, recoveries_ = 0;
-  double accepted_at_ = 0;
+  double accepted_at_ = 0, waits_since_ = 0;  // the latter: of the last accepted one, or recovery
   bool started_ = false, shut_ = false, partial_ = false;
 };
 

@@ -14,6 +14,7 @@ enum class Concern : std::uint8_t {
   state_outside,       ///< x is beyond its Limits, or a NaN
   covariance_lost,     ///< P has a NaN
   covariance_changed,  ///< P was beyond its Limits, and was changed or could not be
+  limits_refused,      ///< Limits that are none, or P could not be brought within them
   channel_shut,        ///< a gate has been shut for as long as its Lockout allows
   channel_inhibited,   ///< a channel is not used
   nothing_accepted,    ///< no channel accepted anything for `Health::patience` seconds
@@ -34,6 +35,8 @@ enum class Concern : std::uint8_t {
       return "P is not finite";
     case Concern::covariance_changed:
       return "P was beyond its limits";
+    case Concern::limits_refused:
+      return "the limits are none, or P cannot be brought within them";
     case Concern::channel_shut:
       return "the gate of a channel has shut";
     case Concern::channel_inhibited:
@@ -70,7 +73,8 @@ struct Health {
 ///     const jml::Health health = jml::check_health(filter, kept, 10.0, radar, gnss);
 ///     if (health.has(jml::Concern::stuck)) …
 ///
-/// patience: s, without an accepted measurement of any channel; infinite: never mind.
+/// patience: s, without an accepted measurement of any channel that was ever offered one; infinite: never
+/// mind.
 template <typename F, int states, int n, typename... C>
 [[nodiscard]] Health check_health(const F& filter, const Kept<states, n>& kept, double patience,
                                   const C&... channels) {
@@ -78,6 +82,7 @@ template <typename F, int states, int n, typename... C>
   health.note(Concern::not_started, filter.status() != Status::ok);
   health.note(Concern::state_outside, kept.outside.any());
   health.note(Concern::covariance_lost, kept.status == Status::covariance_lost);
+  health.note(Concern::limits_refused, kept.status != Status::ok && kept.status != Status::covariance_lost);
   health.note(Concern::covariance_changed,
               kept.raised.any() || kept.lowered.any() || kept.decorrelated.any());
   const auto look = [&health](const auto& channel) {
@@ -91,7 +96,9 @@ template <typename F, int states, int n, typename... C>
   };
   (look(channels), ...);
   if constexpr (sizeof...(C) > 0)
-    health.note(Concern::nothing_accepted, ((channels.since_accepted(filter.time()) > patience) && ...));
+    health.note(Concern::nothing_accepted,
+                (channels.offered() || ...) &&
+                    ((!channels.offered() || channels.since_accepted(filter.time()) > patience) && ...));
   return health;
 }
 

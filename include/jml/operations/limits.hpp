@@ -47,9 +47,9 @@ struct Kept {
 
 namespace detail {
 template <typename F>
-concept CarriesCovariance = HasRiccati<typename F::Belief> && requires(F& filter) {
-  requires std::remove_cvref_t<decltype(filter.method())>::symmetric;
-};
+concept CarriesCovariance =
+    Loosens<typename F::Belief, typename F::State::Scalar, F::degrees> &&
+    requires(F& filter) { requires std::remove_cvref_t<decltype(filter.method())>::symmetric; };
 }  // namespace detail
 
 /// Watches x and keeps P of a filter within its limits: P ← S P S + diag(v), which stays a covariance.

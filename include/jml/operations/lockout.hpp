@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <jml/linear_algebra.hpp>
+#include <jml/status.hpp>
 #include <limits>
 
 namespace jml {
@@ -43,5 +44,14 @@ struct Lockout {
     return good && (recovery != Recovery::inflate || n > 0);
   }
 };
+
+namespace detail {
+/// Refused for what the filter is, and not for what it was given.
+[[nodiscard]] constexpr bool refused_by_filter(Status status) {
+  return status == Status::covariance_lost || status == Status::singular_innovation ||
+         status == Status::innovation_indefinite || status == Status::accuracy_not_met ||
+         status == Status::contradiction || status == Status::not_converged || status == Status::no_minimum;
+}
+}  // namespace detail
 
 }  // namespace jml

@@ -28,7 +28,7 @@ struct MonitorOptions {
                     ///< over the standard deviation of its change: choose repeats for its power.
 
   [[nodiscard]] bool valid(int p) const {
-    return window >= 0 && window * p <= 1000 && false_alarms > 0 && false_alarms < 1 &&
+    return window >= 0 && window <= 1000 / p && false_alarms > 0 && false_alarms < 1 &&
            (repeats == 0 || repeats > 1);
   }
 };
@@ -46,6 +46,8 @@ struct Alarms {
 /// The innovations of one sensor of p rows, as they come.
 template <int p>
 class InnovationMonitor {
+  static_assert(p <= 64, "jml: a monitor has room for 64 rows");
+
  public:
   MonitorOptions options;
 

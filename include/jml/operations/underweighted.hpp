@@ -17,6 +17,9 @@ namespace jml {
 template <typename S>
 struct Underweighted {
   static constexpr int p = measurements_of<S>;
+  static_assert(
+      detail::noises_of_sensor<S>() == p,
+      "jml: what an Underweighted sensor adds is in units of y: of a sensor with m(x, v) give R in them");
   using Limit = Vector<double, p>;
 
   [[no_unique_address]] S sensor;
