@@ -7,7 +7,9 @@
 // figures are those of seed 1 and the estimate from (0, 0).
 #include <algorithm>
 #include <array>
+#include <jml/continuous/two_point.hpp>
 #include <jml/riccati/davison_maki.hpp>
+#include <limits>
 #include <map>
 
 #include "support/oscillator.hpp"
@@ -205,6 +207,56 @@ void with_noise(demo::Summary& summary) {
   summary.add("noisy_start_changes_rms", change, "-");
 }
 
+/// What the estimates cost in the chapter's own criterion: min{J : x(t) = x̂} - min J of (8), whose first term
+/// is the filter's P_0. y along lines between samples, seed 1, at 20 s.
+void above_the_criterion(const Track& track, demo::Summary& summary) {
+  std::printf(
+      "\nWhat an estimate costs in the criterion (8) itself, min{J : x(t) = x̂} - min J, and its distance "
+      "from the\n"
+      "optimum, at 20 s; seed 1, lines between the samples.\n\n");
+  demo::Table table({"samples", "from", "P_0", "EKF", "SDDRE", "RNLS", "distance EKF", "SDDRE", "RNLS"});
+  std::array<demo::Mean, 3> overall;
+  struct Setting {
+    std::size_t stride, start;
+    double variance;
+  };
+  for (const auto& [stride, s, variance] :
+       {Setting{10, 0, 0.001}, Setting{20, 0, 0.001}, Setting{50, 0, 0.001}, Setting{20, 1, 0.001},
+        Setting{20, 2, 0.001}, Setting{20, 0, 0.0001}}) {
+    const double h = track.dt * static_cast<double>(stride);
+    const jml::Estimate<double, 2> start{starts[s], variance * Riccati::Identity()};
+    jml::TwoPoint smoother{oscillator, sensor, start, {.steps = static_cast<int>(track.steps() / stride)}};
+    std::array<demo::Mean, 3> excess, distance;
+    jml::Filter ekf{jml::Continuous{jml::Ekf{}}, oscillator, start};
+    jml::Filter sddre{jml::Continuous{jml::Sddre{}}, oscillator, start};
+    jml::Filter rnls{jml::Continuous{jml::Rnls{}}, oscillator, start};
+    for (std::size_t i = stride; i <= track.steps(); i += stride) {
+      const jml::Line line{track.y(i - stride), track.y_until(i)};
+      bool good = usable(smoother.step(line, h)) && usable(ekf.step(sensor, line, h).status) &&
+                  usable(sddre.step(sensor, line, h).status) && usable(rnls.step(sensor, line, h).status);
+      if (good && i != track.steps()) continue;
+      good = good && usable(smoother.solve().status);
+      const std::array<State, 3> estimates{ekf.x(), sddre.x(), rnls.x()};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double cost =
+            good ? jml::excess_cost(smoother, estimates[k]).value : std::numeric_limits<double>::quiet_NaN();
+        excess[k].add(cost);
+        overall[k].add(cost);
+        distance[k].add((estimates[k] - smoother.x()).squaredNorm());
+      }
+      if (!good) break;
+    }
+    std::vector<std::string> row{demo::text("%g ms", 1e3 * h), start_names[s], demo::text("%g", variance)};
+    for (const demo::Mean& of : excess) row.push_back(demo::text("%.2e", of.value()));
+    for (const demo::Mean& of : distance) row.push_back(demo::text("%.2e", of.root()));
+    table.add(row);
+  }
+  table.print();
+  const std::array<const char*, 3> keys{"ekf", "sddre", "rnls"};
+  for (std::size_t k = 0; k < 3; ++k)
+    summary.add(std::string("excess_") + keys[k] + "_mean", overall[k].value(), "-");
+}
+
 #ifdef JML_DEMO_CVODE
 
 using Run = std::vector<jml::Estimate<double, 2>>;
@@ -351,6 +403,8 @@ constexpr const char* notes = R"(
   sample old. A straight line between the samples costs nothing and takes four digits off at 1 ms, order dt² then.
 - P₁₂ and P₂₁ of RNLS differ, as the chapter shows (Figure 5): by a few per cent of P₁₂ on most seeds, by up to a
   tenth where the oscillator goes far out and comes back.
+- RNLS minimises the cost of an infinitesimal step from its own P, not (8) of the whole flight: its estimate stands above the least
+  J by about one, so does that of SDDRE, and the EKF's by a hundredth. Sample time, start and P₀ hardly change that.
 - Integrators: at 0.1 ms all are far below the error of the estimate, and one Runge-Kutta step is best and cheapest. Where
   y is held CVODE starts afresh at each sample, at first order; 20 000 starts add up to more than its tolerance says.
 )";
@@ -367,6 +421,7 @@ int main(int argc, char** argv) {
   without_noise(quiet, summary);
   with_noise(summary);
   const Track noisy = noisy_track(1);
+  above_the_criterion(noisy, summary);
 #ifdef JML_DEMO_CVODE
   integrators(noisy, summary);
 #endif
