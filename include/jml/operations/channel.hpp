@@ -176,7 +176,7 @@ class Channel {
         return filter.update(sensor, y, when...);
       };
       auto report = look();
-      if (!usable(report.status)) return report;
+      if (report.gate != Verdict::rejected) return report;  // refused, or used: some read no gate
       if constexpr (detail::is_underweighted<S>) sensor.weigh(report.innovation_matrix);
       if constexpr (groups > 0) {
         const Rows passing = rows_that_pass(report, by);
