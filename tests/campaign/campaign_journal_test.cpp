@@ -121,6 +121,53 @@ TEST(Journal, WhatIsNoJournalIsRefused) {
   expect_refusal("is not a journal of a campaign");
 }
 
+// Three machines fly a share each; merged, the bytes are those of one machine that flew it all.
+TEST(Parts, MergedTheyAreTheWholeToTheBit) {
+  const std::string names[3] = {directory / "part_a", directory / "part_b", directory / "part_c"};
+  const int first[3] = {0, 3, 14};
+  std::int64_t runs = 0;
+  for (int i = 0; i < 3; ++i) {
+    keep(names[i]);
+    campaign.options.first = first[i];
+    campaign.options.count = i < 2 ? first[i + 1] - first[i] : 0;  // 0: all that follow
+    campaign.options.threads = 1 + i % 2;
+    const auto part = campaign.run();
+    ASSERT_TRUE(part.ok()) << part.message();
+    EXPECT_EQ(part.estimator(0).kept(), 25 * (i == 0 ? 3 : i == 1 ? 11 : 6)) << "20 blocks of 25 runs";
+    runs += part.estimator(0).kept();
+  }
+  EXPECT_EQ(runs, 500);
+  const std::string before = files::content(names[1]);
+  keep(directory / "merged");
+  campaign.options.parts = {names[2], names[0], names[1], names[0]};
+  const auto merged = campaign.run();
+  EXPECT_EQ(merged.blocks_taken_over(), 20);
+  EXPECT_EQ(files::report(merged, directory), reference());
+  EXPECT_EQ(files::content(names[1]), before);
+  keep(directory / "merged");
+  EXPECT_EQ(campaign.run().blocks_taken_over(), 20) << "its journal is whole";
+  keep("");
+  campaign.options.parts = {names[0], names[2]};
+  const auto flown = campaign.run();
+  EXPECT_EQ(flown.blocks_taken_over(), 9) << "what no part has is flown";
+  EXPECT_EQ(files::report(flown, directory), reference());
+}
+
+TEST(Parts, OfAnotherCampaignOrWithoutAFileAreRefused) {
+  keep(directory / "part_foreign");
+  campaign.options.seed = 3;
+  campaign.options.count = 2;
+  ASSERT_TRUE(campaign.run().ok());
+  keep("");
+  campaign.options.parts = {directory / "part_foreign"};
+  EXPECT_NE(std::string(campaign.run().message()).find("seed is 3 there and 2 here"), std::string::npos);
+  campaign.options.parts = {directory / "nowhere"};
+  EXPECT_NE(std::string(campaign.run().message()).find("No such file"), std::string::npos);
+  files::write(directory / "short", "dear");
+  campaign.options.parts = {directory / "short"};
+  EXPECT_NE(std::string(campaign.run().message()).find("is not a journal"), std::string::npos);
+}
+
 TEST(Journal, OneSessionAtATime) {
   keep(directory / "busy");
   ASSERT_TRUE(campaign.run().ok());

@@ -74,6 +74,69 @@ TEST(Campaign, ReplaysAreWhatTheCampaignSaw) {
   EXPECT_EQ(result.estimator(0).at(4).nees().value, nees / runs);
 }
 
+// Again from the replays, which know nothing of the sums.
+TEST(Campaign, DifferencesArePairedFlightByFlight) {
+  campaign.options = usual;
+  campaign.options.runs = 300;
+  const auto result = campaign.run();
+  const auto broken = static_cast<std::int64_t>(result.estimator(1).failed().size());
+  ASSERT_GT(broken, 0);
+  EXPECT_EQ(result.pairs(0, 1), 300 - broken);
+  EXPECT_EQ(result.difference(0, 1).value, 0) << "the same filter";
+  EXPECT_EQ(result.difference(0, 1).standard_error, 0);
+
+  const auto lazy =
+      jml::Estimator{"lazy", [](const auto&) {
+                       return jml::Filter{jml::Kalman{}, walk::Walk{},
+                                          jml::Estimate{jml::Vector<double, 1>(0.5), walk::Number(0.1)}};
+                     }};
+  jml::Campaign three{walk::Scenario{}, walk::kalman(), walk::brittle(4.5), lazy};
+  three.options = campaign.options;
+  const auto all = three.run();
+  double sum = 0, squares = 0, count = 0;
+  for (int run = 0; run < 300; ++run) {
+    const auto replay = three.replay(run);
+    if (replay.tracks[1].fault) continue;
+    double error[3] = {};
+    for (std::size_t j = 1; j < 3; ++j) {
+      for (int k = 1; k <= 5; ++k) {
+        const double e = replay.tracks[j].rows[static_cast<std::size_t>(k)].x(0) -
+                         replay.flight.truth[static_cast<std::size_t>(k)](0);
+        error[j] += e * e / 5;
+      }
+    }
+    const double d = std::sqrt(error[2]) - std::sqrt(error[1]);
+    sum += d;
+    squares += d * d;
+    ++count;
+  }
+  const jml::Figure d = all.difference("lazy", "brittle");
+  EXPECT_EQ(all.pairs(2, 1), static_cast<std::int64_t>(count));
+  EXPECT_NEAR(d.value, sum / count, 1e-12);
+  EXPECT_NEAR(d.standard_error, std::sqrt((squares - sum * sum / count) / (count - 1) / count), 1e-12);
+  EXPECT_GT(d.value, 0);
+  EXPECT_EQ(all.difference("brittle", "lazy").value, -d.value);
+  EXPECT_EQ(all.pairs(0, 2), 300);
+  for (const auto& none : {all.difference(0, 0), all.difference(0, 3), all.difference("lazy", "nobody")})
+    EXPECT_TRUE(std::isnan(none.value));
+}
+
+TEST(Campaign, ProgressTellsTheTruth) {
+  using jml::detail::progress_line;
+  EXPECT_EQ(progress_line("radar", {0, 0, 1000, 0.2}),
+            "radar [....................] 0 %, 0 of 1000 runs, 0 s");
+  EXPECT_EQ(progress_line("radar", {400, 0, 1000, 20}),
+            "radar [########............] 40 %, 400 of 1000 runs, 20 s, about 30 s left");
+  EXPECT_EQ(progress_line("radar", {400, 300, 1000, 20}),
+            "radar [########............] 40 %, 400 of 1000 runs (300 taken over), 20 s, about 120 s left");
+  EXPECT_EQ(progress_line("radar", {300, 300, 1000, 20}),
+            "radar [######..............] 30 %, 300 of 1000 runs (300 taken over), 20 s");
+  EXPECT_EQ(progress_line("radar", {999999, 0, 1000000, 100}).substr(0, 33),
+            "radar [###################.] 99 %");
+  EXPECT_EQ(progress_line("radar", {1000, 0, 1000, 41}),
+            "radar [####################] 100 %, 1000 of 1000 runs, 41 s");
+}
+
 TEST(Campaign, AFailedRunIsListedAndCanBeReplayed) {
   campaign.options = usual;
   const auto result = campaign.run();
@@ -167,6 +230,10 @@ TEST(Campaign, OptionsWithoutSenseAreRefused) {
   expect_refusal({.threads = -1}, "-1 threads");
   expect_refusal({.threads = 100'000}, "100000 threads");
   expect_refusal({.blocks = 0}, "0 blocks");
+  expect_refusal({.blocks = 8, .first = 8}, "from block 8 on: the campaign has blocks 0 to 7");
+  expect_refusal({.blocks = 8, .first = -1}, "from block -1 on");
+  expect_refusal({.blocks = 8, .first = 3, .count = 6}, "6 blocks from block 3 on");
+  expect_refusal({.blocks = 8, .count = -2}, "-2 blocks");
   expect_refusal({.journal = "/no/such/place/a.journal"},
                  "/no/such/place/a.journal: No such file or directory");
   expect_refusal({.journal = "/"}, "cannot open the journal /");

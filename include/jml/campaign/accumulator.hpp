@@ -71,7 +71,8 @@ inline void add_moment(double* at, double number) {
   at[2] += number * number;
 }
 
-/// Which double is which. For each estimator a head, then a group for each sample.
+/// Which double is which. For each estimator a head, then a group for each sample; then the moments of the
+/// paired differences of the run errors.
 struct TallyLayout {
   int estimators = 0, states = 0, steps = 0;
 
@@ -112,7 +113,14 @@ struct TallyLayout {
   [[nodiscard]] std::size_t sample_of(int estimator, int k) const {
     return head_of(estimator) + head + sample_size() * static_cast<std::size_t>(k);
   }
-  [[nodiscard]] std::size_t size() const { return estimator_size() * static_cast<std::size_t>(estimators); }
+  /// Count, sum and sum of squares of run error (first) - run error (second), first < second.
+  [[nodiscard]] std::size_t pair_of(int first, int second) const {
+    const int before = first * (2 * estimators - first - 1) / 2 + second - first - 1;
+    return head_of(estimators) + 3 * static_cast<std::size_t>(before);
+  }
+  [[nodiscard]] std::size_t size() const {
+    return head_of(estimators) + 3 * static_cast<std::size_t>(estimators * (estimators - 1) / 2);
+  }
   /// Beside the sums: three numbers for each estimator, and the whole time of the block, ns.
   [[nodiscard]] std::size_t time_size() const { return times * static_cast<std::size_t>(estimators) + 1; }
 };
@@ -135,10 +143,11 @@ struct BlockRecord {
   }
 };
 
-/// Adds one kept run's rows first … steps to the sums of its estimator.
+/// Adds one kept run's rows first … steps to the sums of its estimator. Returns the run's root mean square
+/// scalar error.
 template <int n, bool boxed>
-void add_run(const TallyLayout& layout, int estimator, int first, const std::vector<CampaignRow<n>>& rows,
-             double* sums) {
+double add_run(const TallyLayout& layout, int estimator, int first, const std::vector<CampaignRow<n>>& rows,
+               double* sums) {
   using L = TallyLayout;
   double* head = sums + layout.head_of(estimator);
   double* group = sums + layout.sample_of(estimator, first);
@@ -179,9 +188,21 @@ void add_run(const TallyLayout& layout, int estimator, int first, const std::vec
     }
   }
   head[L::kept] += 1;
-  add_moment(head + L::run_error, std::sqrt(squares / (layout.steps - first + 1)));
+  const double run_error = std::sqrt(squares / (layout.steps - first + 1));
+  add_moment(head + L::run_error, run_error);
   for (int j = 0; j < 3; ++j) {
     if (run_count[j] > 0) add_moment(head + L::run_nees + 3 * j, run_sum[j] / run_count[j]);
+  }
+  return run_error;
+}
+
+/// Adds one run's paired differences. `errors`: of each estimator; NaN where the run does not count for it.
+inline void add_differences(const TallyLayout& layout, const double* errors, double* sums) {
+  for (int i = 0; i < layout.estimators; ++i) {
+    for (int j = i + 1; j < layout.estimators; ++j) {
+      const double difference = errors[i] - errors[j];
+      if (difference == difference) add_moment(sums + layout.pair_of(i, j), difference);
+    }
   }
 }
 

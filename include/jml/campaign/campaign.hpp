@@ -108,7 +108,7 @@ class Campaign {
     out.refusal = detail::check(d);
     const double lost = detail::lost_bound(scenario_);
     if (out.refusal.empty() && !(lost > 0)) out.refusal = "the scenario's bound `lost` is not positive";
-    out.identity = {{"format", 1},
+    out.identity = {{"format", 2},
                     {"scenario", d.scenario},
                     {"version", d.options.version},
                     {"estimators", d.estimators},
@@ -124,10 +124,12 @@ class Campaign {
                     {"numbers", d.layout.size() + d.layout.time_size()}};
     detail::Json& costs = out.identity["costs"] = detail::Json::array();
     (costs.push_back(!std::is_same_v<decltype(E::cost), NoCost>), ...);
-    out.make_worker = [this, layout = d.layout, blocks = d.options.blocks]() -> detail::BlockWorker {
+    out.make_worker = [this, layout = d.layout, blocks = d.options.blocks,
+                       flown = out.flown]() -> detail::BlockWorker {
       const auto worker = std::make_shared<FlightWorker>(*this);
-      return [worker, layout, blocks](int block, detail::BlockRecord& record, const std::atomic<bool>& stop) {
-        worker->fly(layout, blocks, block, record, stop);
+      return [worker, layout, blocks, flown](int block, detail::BlockRecord& record,
+                                             const std::atomic<bool>& stop) {
+        worker->fly(layout, blocks, block, record, stop, *flown);
       };
     };
     return out;
@@ -181,7 +183,7 @@ class Campaign {
     }
 
     void fly(const detail::TallyLayout& layout, int blocks, int block, detail::BlockRecord& record,
-             const std::atomic<bool>& stop) {
+             const std::atomic<bool>& stop, std::atomic<std::int64_t>& flown_runs) {
       using L = detail::TallyLayout;
       const auto start = std::chrono::steady_clock::now();
       record.start(layout, block);
@@ -189,14 +191,16 @@ class Campaign {
         auto& flown = std::get<index>(workers);
         flown.inside_ns = flown.covariance_ns = flown.flown_steps = 0;
       });
-      const std::int64_t share = campaign.options.runs / blocks, rest = campaign.options.runs % blocks;
-      const std::int64_t first = block * share + std::min<std::int64_t>(block, rest);
-      const std::int64_t end = first + share + (block < rest ? 1 : 0);
-      for (std::int64_t run = first; run < end && !stop; ++run) {
+      const std::int64_t end = detail::first_run(campaign.options.runs, blocks, block + 1);
+      for (std::int64_t run = detail::first_run(campaign.options.runs, blocks, block); run < end && !stop;
+           ++run) {
         named(run, [&] {
           launch(run);
-          each([&](auto index) { add(layout, run, index, record); });
+          double errors[sizeof...(E)];
+          each([&](auto index) { errors[index] = add(layout, run, index, record); });
+          detail::add_differences(layout, errors, record.sums.data());
         });
+        flown_runs.fetch_add(1, std::memory_order_relaxed);
       }
       each([&](auto index) {
         const auto& flown = std::get<index>(workers);
@@ -209,22 +213,25 @@ class Campaign {
           std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count();
     }
 
+    /// The run's error; NaN where the run does not count.
     template <typename Index>
-    void add(const detail::TallyLayout& layout, std::int64_t run, Index index, detail::BlockRecord& record) {
+    double add(const detail::TallyLayout& layout, std::int64_t run, Index index,
+               detail::BlockRecord& record) {
       using L = detail::TallyLayout;
       auto& flown = std::get<index>(workers);
       using Worker = std::decay_t<decltype(flown)>;
       const detail::RunOutcome outcome = flown.fly(flight);
       const int first = flight.measured_at_start ? 0 : 1, number = static_cast<int>(index());
       if (!outcome.fault) {
-        detail::add_run<Worker::n, Worker::boxed>(layout, number, first, flown.rows, record.sums.data());
-        return;
+        return detail::add_run<Worker::n, Worker::boxed>(layout, number, first, flown.rows,
+                                                         record.sums.data());
       }
       detail::add_refusals(layout, number, first, outcome.last, flown.rows, record.sums.data());
       const bool lost = outcome.fault->kind == RunFault::Kind::lost;
       record.sums[layout.head_of(number) + static_cast<std::size_t>(lost ? L::lost : L::failed)] += 1;
       record.faults.push_back(*outcome.fault);
       detail::sign(record.faults.back(), run, index);
+      return std::numeric_limits<double>::quiet_NaN();
     }
 
     const Campaign& campaign;

@@ -10,10 +10,10 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
-#include <cstdio>
 #include <deque>
 #include <exception>
 #include <jml/campaign/journal.hpp>
+#include <jml/campaign/progress.hpp>
 #include <map>
 #include <mutex>
 #include <thread>
@@ -28,10 +28,17 @@ struct CampaignPlan {
   CampaignData data;                         ///< sums and times are empty
   Json identity;                             ///< what a journal must agree on
   std::function<BlockWorker()> make_worker;  ///< called once in each thread
-  std::string refusal;                       ///< not empty: the options make no sense
+  /// Runs flown in this process, those of unfinished blocks too.
+  std::shared_ptr<std::atomic<std::int64_t>> flown = std::make_shared<std::atomic<std::int64_t>>(0);
+  std::string refusal;  ///< not empty: the options make no sense
 };
 
-/// Why these options cannot be run; empty where they can. Cuts the blocks to the runs.
+/// The first run of a block; of `blocks` it is the number of runs.
+[[nodiscard]] inline std::int64_t first_run(std::int64_t runs, int blocks, int block) {
+  return block * (runs / blocks) + std::min<std::int64_t>(block, runs % blocks);
+}
+
+/// Why these options cannot be run; empty where they can. Cuts the blocks to the runs, and counts a part.
 inline std::string check(CampaignData& d) {
   CampaignOptions& o = d.options;
   if (o.runs < 1 || o.runs > std::int64_t{1} << 53)
@@ -50,6 +57,10 @@ inline std::string check(CampaignData& d) {
     }
   }
   o.blocks = static_cast<int>(std::min<std::int64_t>(o.blocks, o.runs));
+  if (o.first < 0 || o.first >= o.blocks || o.count < 0 || o.count > o.blocks - o.first)
+    return std::to_string(o.count) + " blocks from block " + std::to_string(o.first) +
+           " on: the campaign has blocks 0 to " + std::to_string(o.blocks - 1);
+  if (o.count == 0) o.count = o.blocks - o.first;
   return {};
 }
 
@@ -144,72 +155,52 @@ class Crew {
   std::vector<std::thread> threads_;
 };
 
-/// One line on stderr that is written over, four times a second at most; silent unless that is a terminal.
-class Progress {
- public:
-  Progress(bool wanted, std::string name)
-      : on_(wanted && ::isatty(STDERR_FILENO) == 1), name_(std::move(name)) {}
-  ~Progress() {
-    if (shown_) std::fputc('\n', stderr);
-  }
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
-
-  /// `taken_over` of the `done` blocks took no time.
-  void show(std::size_t done, std::size_t taken_over, std::size_t all) {
-    if (!on_) return;
-    const auto now = Clock::now();
-    if (shown_ && now - last_ < std::chrono::milliseconds(250) && done < all) return;
-    last_ = now;
-    shown_ = true;
-    const double spent = std::chrono::duration<double>(now - start_).count();
-    std::fprintf(stderr, "\r%s: %zu of %zu blocks, %.0f s", name_.c_str(), done, all, spent);
-    if (done > taken_over) {
-      const double left = spent / static_cast<double>(done - taken_over) * static_cast<double>(all - done);
-      std::fprintf(stderr, ", %.0f s left ", left);
-    }
-    std::fputs("\033[K", stderr);
-    std::fflush(stderr);
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  bool on_, shown_ = false;
-  std::string name_;
-  Clock::time_point start_ = Clock::now(), last_ = start_;
-};
-
 /// Takes finished blocks in any order and adds them in theirs; keeps the journal.
 class RunCollector {
  public:
   explicit RunCollector(const CampaignPlan& plan)
       : data_(std::make_shared<CampaignData>(plan.data)),
+        flown_(plan.flown),
         have_(static_cast<std::size_t>(plan.data.options.blocks)),
+        next_(plan.data.options.first),
         progress_(plan.data.options.progress, plan.data.scenario) {
     data_->sums.assign(data_->layout.size(), 0.0);
     data_->times.assign(data_->layout.time_size(), 0.0);
   }
 
-  /// Not empty: why the journal cannot be used.
+  /// Takes over what the journal and those of the parts have. Not empty: why one of them cannot be used.
   std::string open(const CampaignPlan& plan) {
-    const std::string& path = data_->options.journal;
-    if (path.empty()) return {};
-    std::string error =
-        journal_.open(path, plan.identity, data_->layout, [this](BlockRecord&& r) { add(std::move(r)); });
-    data_->blocks_taken_over = static_cast<std::int64_t>(count_);
+    const auto take = [this](BlockRecord&& r) { add(std::move(r)); };
+    std::string error;
+    if (const std::string& path = data_->options.journal; !path.empty())
+      error = journal_.open(path, plan.identity, data_->layout, take);
+    for (const std::string& part : data_->options.parts) {
+      if (error.empty())
+        error = Journal::read(part, plan.identity, data_->layout, [this](BlockRecord&& r) {
+          if (wanted(r.block) && !have_[static_cast<std::size_t>(r.block)]) accept(std::move(r));
+        });
+    }
+    data_->blocks_taken_over = count_;
+    taken_over_ = elsewhere_;
     return error;
   }
 
   /// The blocks that are still to be computed.
   [[nodiscard]] std::deque<int> missing() const {
     std::deque<int> out;
-    for (std::size_t b = 0; b < have_.size(); ++b) {
-      if (!have_[b]) out.push_back(static_cast<int>(b));
+    for (int b = data_->options.first; wanted(b); ++b) {
+      if (!have_[static_cast<std::size_t>(b)]) out.push_back(b);
     }
     return out;
   }
-  [[nodiscard]] bool complete() const { return count_ == have_.size(); }
+  [[nodiscard]] bool complete() const { return count_ == data_->options.count; }
 
+  /// A block of this process.
+  void accept_own(BlockRecord&& record) {
+    elsewhere_ -= runs_of(record.block);
+    accept(std::move(record));
+  }
+  /// A block of another process.
   void accept(BlockRecord&& record) {
     if (journal_.is_open() && !journal_.add(to_bytes(record))) {
       warning_ = "the journal " + data_->options.journal +
@@ -218,7 +209,10 @@ class RunCollector {
     add(std::move(record));
   }
   void show_progress() {
-    progress_.show(count_, static_cast<std::size_t>(data_->blocks_taken_over), have_.size());
+    const CampaignOptions& o = data_->options;
+    progress_.show({elsewhere_ + flown_->load(std::memory_order_relaxed), taken_over_,
+                    first_run(o.runs, o.blocks, o.first + o.count) - first_run(o.runs, o.blocks, o.first),
+                    0});
   }
 
   [[nodiscard]] CampaignData& data() { return *data_; }
@@ -230,11 +224,19 @@ class RunCollector {
   }
 
  private:
+  [[nodiscard]] bool wanted(int block) const {
+    return block >= data_->options.first && block < data_->options.first + data_->options.count;
+  }
+  [[nodiscard]] std::int64_t runs_of(int block) const {
+    const CampaignOptions& o = data_->options;
+    return first_run(o.runs, o.blocks, block + 1) - first_run(o.runs, o.blocks, block);
+  }
   void add(BlockRecord&& record) {
     const auto block = static_cast<std::size_t>(record.block);
-    if (record.block < 0 || block >= have_.size() || have_[block]) return;
+    if (!wanted(record.block) || have_[block]) return;
     have_[block] = true;
     ++count_;
+    elsewhere_ += runs_of(record.block);
     waiting_.emplace(record.block, std::move(record));
     for (; !waiting_.empty() && waiting_.begin()->first == next_; ++next_) {
       const BlockRecord& r = waiting_.begin()->second;
@@ -246,10 +248,11 @@ class RunCollector {
   }
 
   std::shared_ptr<CampaignData> data_;
+  std::shared_ptr<std::atomic<std::int64_t>> flown_;
   std::vector<bool> have_;
   std::map<int, BlockRecord> waiting_;
-  std::size_t count_ = 0;
-  int next_ = 0;
+  int count_ = 0, next_ = 0;
+  std::int64_t elsewhere_ = 0, taken_over_ = 0;  // runs that this process has not flown
   Journal journal_;
   std::string warning_;
   Progress progress_;
@@ -270,7 +273,7 @@ inline CampaignResult run_plan(const CampaignPlan& plan) {
     for (; !todo.empty() && crew.pending() < 2 * crew.size(); todo.pop_front()) crew.offer(todo.front());
     if (crew.collect(record, std::chrono::milliseconds(250))) {
       if (!record.failure.empty()) return CampaignResult(record.failure);
-      collector.accept(std::move(record));
+      collector.accept_own(std::move(record));
     }
     collector.show_progress();
   }

@@ -169,7 +169,7 @@ inline std::string lead(const CampaignPlan& plan, const Ranks& ranks, RunCollect
       while (ranks.receive(message, from, tag)) handle();
       if (crew.collect(record, std::chrono::milliseconds(ranks.size() > 1 ? 1 : 250))) {
         if (record.failure.empty())
-          collector.accept(std::move(record));
+          collector.accept_own(std::move(record));
         else if (error.empty())
           error = record.failure;
       }

@@ -125,6 +125,8 @@ inline bool CampaignResult::write_json(const std::string& path) const {
                        {"steps", d.layout.steps},
                        {"dt", d.dt},
                        {"measured_at_start", d.measured_at_start}};
+  if (d.options.count != d.options.blocks)
+    json["part"] = {{"first_block", d.options.first}, {"count", d.options.count}};
   detail::Json& list = json["estimators"] = detail::Json::array();
   for (int j = 0; j < d.layout.estimators; ++j) {
     const EstimatorFigures figures = estimator(j);
@@ -138,6 +140,16 @@ inline bool CampaignResult::write_json(const std::string& path) const {
                     {"rejected_measurements", figures.rejected()},
                     {"failed", detail::json_faults(figures.failed())},
                     {"lost", detail::json_faults(figures.lost())}});
+  }
+  detail::Json& pairs = json["paired_differences"] = detail::Json::array();
+  for (int j = 0; j < d.layout.estimators; ++j) {
+    for (int other = 0; other < d.layout.estimators; ++other) {
+      if (other == j) continue;
+      pairs.push_back({{"of", estimator(j).name()},
+                       {"minus", estimator(other).name()},
+                       {"runs", this->pairs(j, other)},
+                       {"run_rmse", detail::json_figure(difference(j, other))}});
+    }
   }
   return detail::write_file(path, detail::json_text(json));
 }

@@ -19,6 +19,13 @@ struct CampaignOptions {
       version{};         ///< anything that names the state of the user's code; part of the journal's identity
   int blocks = 128;      ///< runs are added in this many blocks, whatever the threads; at most `runs`
   bool progress = true;  ///< on stderr, where that is a terminal
+  /// A part of the campaign, for one machine of many: `count` blocks from block `first` (from 0) on; a count
+  /// of 0: all that follow. The figures are then those of these runs alone; the journal is what they are
+  /// merged from.
+  int first = 0, count = 0;
+  /// Journals of such parts, read and left as they are: their blocks are taken over, and what none of them
+  /// has is flown. The result is that of the whole campaign on one machine, to the bit.
+  std::vector<std::string> parts{};
 };
 
 /// A number from the runs. NaN where there are too few of them.
@@ -227,12 +234,29 @@ class CampaignResult {
     return index >= 0 && index < estimators() ? EstimatorFigures(data_, index) : EstimatorFigures();
   }
   [[nodiscard]] EstimatorFigures estimator(const std::string& name) const {
-    for (int i = 0; i < estimators(); ++i) {
-      if (data_->estimators[static_cast<std::size_t>(i)] == name) return estimator(i);
-    }
-    return {};
+    return estimator(index_of(name));
   }
-  /// Blocks that a journal of an earlier session gave.
+  /// Mean over the runs of the run error (see EstimatorFigures::run_rmse()) of one estimator minus that of
+  /// another on the same flight, over the runs that count for both. Paired: its standard error has nothing of
+  /// what the flights have in common. Without figures where there is no such estimator.
+  [[nodiscard]] Figure difference(int estimator, int other) const {
+    if (estimator == other || std::min(estimator, other) < 0 || std::max(estimator, other) >= estimators())
+      return {};
+    const auto at = data_->layout.pair_of(std::min(estimator, other), std::max(estimator, other));
+    const detail::Moments m{data_->sums.data() + at};
+    return detail::mean_figure(m.count(), estimator < other ? m.sum() : -m.sum(), m.squares());
+  }
+  [[nodiscard]] Figure difference(const std::string& estimator, const std::string& other) const {
+    return difference(index_of(estimator), index_of(other));
+  }
+  /// Runs that count for both.
+  [[nodiscard]] std::int64_t pairs(int estimator, int other) const {
+    if (estimator == other || std::min(estimator, other) < 0 || std::max(estimator, other) >= estimators())
+      return 0;
+    const auto at = data_->layout.pair_of(std::min(estimator, other), std::max(estimator, other));
+    return static_cast<std::int64_t>(data_->sums[at]);
+  }
+  /// Blocks that a journal of an earlier session, or of a part, gave.
   [[nodiscard]] std::int64_t blocks_taken_over() const { return ok() ? data_->blocks_taken_over : 0; }
   /// Share of the working threads' time that was spent inside the estimators.
   [[nodiscard]] double share_inside() const;
@@ -247,6 +271,13 @@ class CampaignResult {
   bool write_timings(const std::string& path) const;
 
  private:
+  [[nodiscard]] int index_of(const std::string& name) const {
+    for (int i = 0; i < estimators(); ++i) {
+      if (data_->estimators[static_cast<std::size_t>(i)] == name) return i;
+    }
+    return -1;
+  }
+
   std::shared_ptr<const detail::CampaignData> data_;
   std::string message_, warning_;
   bool writes_ = true;

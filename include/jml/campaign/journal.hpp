@@ -120,23 +120,25 @@ class Journal {
         return refuse(std::string("cannot be written: ") + std::strerror(errno));
       return {};
     }
-    if (start.size() < magic.size() || !std::equal(magic.begin(), magic.end(), start.begin()))
-      return refuse("is not a journal of a campaign");
-    std::uint64_t at = magic.size();
-    Bytes bytes;
-    if (!read_frame(at, bytes)) return refuse("has a damaged header");
-    if (std::string(bytes.begin(), bytes.end()) != text) {
-      return refuse("belongs to another campaign: " +
-                    difference(Json::parse(bytes.begin(), bytes.end(), nullptr, false), identity));
-    }
-    BlockRecord record;
-    while (read_frame(at, bytes) && from_bytes(bytes, layout, record)) {
-      end_ = at;
-      use(std::move(record));
-    }
-    if (end_ == 0) end_ = header.size();
-    if (!cut(end_)) return refuse(std::string("cannot be written: ") + std::strerror(errno));
-    return {};
+    std::string error = take_over(text, identity, layout, use);
+    if (error.empty() && !cut(end_)) return refuse(std::string("cannot be written: ") + std::strerror(errno));
+    return error;
+  }
+
+  /// Hands every valid block of a journal that is left as it is to `use`. Not empty: why it cannot be used.
+  static std::string read(const std::string& path, const Json& identity, const TallyLayout& layout,
+                          const std::function<void(BlockRecord&&)>& use) {
+    Journal journal;
+    journal.path_ = path;
+    journal.file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (journal.file_ < 0) return "cannot open the journal " + path + ": " + std::strerror(errno);
+    if (::flock(journal.file_, LOCK_SH | LOCK_NB) != 0) return journal.refuse("is in use by another process");
+    struct stat about{};
+    if (::fstat(journal.file_, &about) != 0 || !S_ISREG(about.st_mode))
+      return journal.refuse("is not a regular file");
+    journal.size_ = static_cast<std::uint64_t>(about.st_size);
+    return journal.take_over(identity.dump(-1, ' ', false, Json::error_handler_t::replace), identity, layout,
+                             use);
   }
 
   /// Appends a block. False: it could not be written, and the journal is closed with all earlier blocks.
@@ -148,6 +150,30 @@ class Journal {
   }
 
  private:
+  /// The blocks of an open file; end_ is where the last valid one ends. Not empty: why it is none of ours,
+  /// and it is closed.
+  std::string take_over(const std::string& text, const Json& identity, const TallyLayout& layout,
+                        const std::function<void(BlockRecord&&)>& use) {
+    Bytes start(std::min<std::uint64_t>(size_, magic.size()));
+    if (!read_at(0, start.data(), start.size())) return refuse("cannot be read");
+    if (!std::equal(magic.begin(), magic.end(), start.begin(), start.end()))
+      return refuse("is not a journal of a campaign");
+    std::uint64_t at = magic.size();
+    Bytes bytes;
+    if (!read_frame(at, bytes)) return refuse("has a damaged header");
+    if (std::string(bytes.begin(), bytes.end()) != text) {
+      return refuse("belongs to another campaign: " +
+                    difference(Json::parse(bytes.begin(), bytes.end(), nullptr, false), identity));
+    }
+    end_ = at;
+    BlockRecord record;
+    while (read_frame(at, bytes) && from_bytes(bytes, layout, record)) {
+      end_ = at;
+      use(std::move(record));
+    }
+    return {};
+  }
+
   static constexpr std::array<char, 8> magic{'j', 'm', 'l', 'j', 'o', 'u', 'r', '1'};
 
   static std::uint64_t checksum(const Bytes& bytes) {
