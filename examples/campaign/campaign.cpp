@@ -7,14 +7,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <demo/support/figure.hpp>
 #include <demo/support/output.hpp>
 #include <filesystem>
-#include <jml/analysis/consistency.hpp>
 #include <jml/campaign/campaign_report.hpp>
 #include <optional>
 
-#include "study.hpp"
+#include "study_figure.hpp"
 #ifdef JML_CAMPAIGN_MPI
 #include <jml/campaign/campaign_mpi.hpp>
 #endif
@@ -33,6 +31,8 @@ struct Request {
   int threads = 0;
   fs::path out = ".";
   std::string journal, label;
+  int first = 0, count = 0;
+  std::vector<std::string> merge;
   bool list = false, pictures = false;
 };
 
@@ -77,6 +77,9 @@ void list() {
 }
 
 void print(const Study& one, const jml::CampaignResult& result, const jml::CampaignOptions& options) {
+  if (options.first > 0 || options.count > 0)
+    std::printf("A part: blocks %d to %d of %d.\n", options.first,
+                (options.count > 0 ? options.first + options.count : options.blocks) - 1, options.blocks);
   std::printf("%s: %s.\n%lld runs of %d steps, seed %llu. Error: %s%s%s.\n\n", one.key.c_str(),
               one.sentence.c_str(), static_cast<long long>(options.runs), one.steps,
               static_cast<unsigned long long>(options.seed), one.error.c_str(), one.unit.empty() ? "" : ", ",
@@ -92,62 +95,19 @@ void print(const Study& one, const jml::CampaignResult& result, const jml::Campa
                std::to_string(e.lost().size()), demo::text("%.0f", e.ns_per_step())});
   }
   table.print();
-  if (!one.note.empty()) std::printf("\n%s\n", one.note.c_str());
-}
-
-/// Curves of all estimators over time with their 95 % bands, one panel each for RMSE and NEES.
-bool draw(const Study& one, const jml::CampaignResult& result, const fs::path& file) {
-  using namespace demo;
-  const char* inks[] = {colour::black,  colour::blue,   colour::red, colour::green,
-                        colour::purple, colour::orange, colour::sky, colour::grey};
-  const std::string unit = " (" + (one.unit.empty() ? "-" : one.unit) + ")";
-  Panel error{one.error + " RMSE" + unit, {}, "set logscale y\nset format y '10^{%T}'\nset key off"};
-  Panel nees{"NEES / n (-)", {}, "set logscale y\nset key below vertical maxrows 6 samplen 2 height 1"};
-  std::vector<Series> error_lines, nees_lines;
-  const auto kept = static_cast<long>(result.estimator(0).kept());
-  const jml::ConfidenceInterval chi = jml::chi_square_average_interval(one.states, kept);
-  const std::vector<double> ends{one.dt, one.dt * one.steps};
-  const double n = one.states;
-  if (chi.defined())
-    nees.series.push_back(band("consistent (95 %)", colour::grey, ends, {chi.low / n, chi.low / n},
-                               {chi.high / n, chi.high / n}));
-  for (int j = 0; j < result.estimators(); ++j) {
-    const jml::EstimatorFigures e = result.estimator(j);
-    std::vector<double> time, rmse, low, high, mean, mean_low, mean_high;
-    const int every = one.steps / 400 + 1;
-    for (int k = every; k <= one.steps; k += every) {
-      const jml::Figure r = e.at(k).rmse(), c = e.at(k).nees();
-      time.push_back(k * one.dt);
-      rmse.push_back(r.value);
-      low.push_back(r.low);
-      high.push_back(r.high);
-      mean.push_back(c.value / n);
-      mean_low.push_back(std::max(c.low, c.value / 10) / n);  // the scale is logarithmic
-      mean_high.push_back(c.high / n);
+  if (result.estimators() > 1) {
+    const std::string other = result.estimator(0).name();
+    std::printf("\nRMSE of a flight minus that of %s on the same flight, and its 95 %% interval:\n\n",
+                other.c_str());
+    demo::Table pairs({"", "difference", "from", "to", "flights"});
+    for (int j = 1; j < result.estimators(); ++j) {
+      const jml::Figure d = result.difference(j, 0);
+      pairs.add({result.estimator(j).name(), demo::text("%+.3g", d.value), demo::text("%+.3g", d.low),
+                 demo::text("%+.3g", d.high), std::to_string(result.pairs(j, 0))});
     }
-    const char* ink = inks[j % 8];
-    const char* style = j < 8 ? "lines lw 1.6" : "lines lw 1.6 dt (6,4)";
-    const auto any = [](const std::vector<double>& values) {
-      return std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
-    };
-    if (any(rmse)) {
-      error.series.push_back(band("", ink, time, low, high));
-      error_lines.push_back({e.name(), ink, time, rmse, style});
-    }
-    if (any(mean)) nees.series.push_back(band("", ink, time, mean_low, mean_high));
-    // This panel has the key of both: a line of one point is named and not seen.
-    if (any(mean))
-      nees_lines.push_back({e.name(), ink, time, mean, style});
-    else if (any(rmse))
-      nees_lines.push_back({e.name(), ink, {one.dt}, {1}, style});
+    pairs.print();
   }
-  error.series.insert(error.series.end(), error_lines.begin(), error_lines.end());
-  nees.series.insert(nees.series.end(), nees_lines.begin(), nees_lines.end());
-  std::string title = one.key;
-  std::replace(title.begin(), title.end(), '_', ' ');  // gnuplot's sign of an index
-  return Figure{
-      title + ": " + std::to_string(kept) + " runs, mean and 95 % bands", "time (s)", {error, nees}, 900, 900}
-      .write(file, "Of no source. Campaign " + title);
+  if (!one.note.empty()) std::printf("\n%s\n", one.note.c_str());
 }
 
 int replay(const Study& one, jml::CampaignOptions options, const Request& request) {
@@ -173,7 +133,10 @@ int fly(const Study& one, const Request& request, const Place& place) {
                                      .seed = request.seed,
                                      .threads = request.threads,
                                      .journal = request.journal,
-                                     .version = request.label};
+                                     .version = request.label,
+                                     .first = request.first,
+                                     .count = request.count,
+                                     .parts = request.merge};
   if (request.replay >= 0) return place.speaks() ? replay(one, options, request) : 0;
 #ifdef JML_CAMPAIGN_MPI
   const jml::CampaignResult result = place.ranks > 1 ? one.run_on_ranks(options) : one.run(options);
@@ -187,7 +150,7 @@ int fly(const Study& one, const Request& request, const Place& place) {
   if (!place.speaks()) return 0;
   if (*result.warning() != '\0') std::fprintf(stderr, "campaign: %s\n", result.warning());
   if (result.blocks_taken_over() > 0)
-    std::printf("%lld blocks taken over from the journal\n\n",
+    std::printf("%lld blocks taken over from journals\n\n",
                 static_cast<long long>(result.blocks_taken_over()));
   print(one, result, options);
   const std::string base = (request.out / one.key).string();
@@ -198,7 +161,7 @@ int fly(const Study& one, const Request& request, const Place& place) {
   }
   std::printf("\n%.1f s, %.0f %% of them inside the estimators. Files: %s.csv, .json, _timings.json",
               result.wall_seconds(), 100 * result.share_inside(), base.c_str());
-  const bool drawn = request.pictures && draw(one, result, base + ".svg");
+  const bool drawn = request.pictures && study::draw(one, result, base + ".svg");
   std::printf("%s\n", drawn ? ", .svg" : "");
   return request.pictures && !drawn ? failed : 0;
 }
@@ -219,6 +182,9 @@ constexpr const char* footer =
     "  campaign radar --runs 100000 --journal radar.journal    killed? the same again goes on\n"
     "  campaign radar --replay 17                              run 17 alone, sample by sample\n"
     "  mpirun -n 4 campaign radar --runs 100000 --threads 1\n"
+    "  campaign radar --runs 100000 --first 0 --count 64 --journal a     on one machine,\n"
+    "  campaign radar --runs 100000 --first 64 --journal b               on another,\n"
+    "  campaign radar --runs 100000 --merge a b                          then: the whole, to the bit\n"
     "\nExit code: 0; 1 where the campaign could not be flown or a file not be written; 2 for wrong input.\n";
 
 /// Not empty: what the program ends with.
@@ -239,6 +205,14 @@ std::optional<int> parse(int count, char** arguments, const Place& place, Reques
   app.add_option("--journal", request.journal,
                  "keeps what is finished; with it an interrupted campaign goes on")
       ->type_name("FILE");
+  app.add_option("--first", request.first, "fly a part: from this block on (0 to 127; a campaign has 128)")
+      ->type_name("BLOCK")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--count", request.count, "of so many blocks (default 0: all that follow); needs --journal")
+      ->type_name("BLOCKS")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--merge", request.merge, "journals of parts: what they have is taken over, the rest flown")
+      ->type_name("FILE ...");
   app.add_option("--label", request.label, "names your code; a journal with another label is refused")
       ->type_name("TEXT");
   app.add_option("--replay", request.replay, "fly this run alone (from 0) and write all its samples")
@@ -258,6 +232,8 @@ std::optional<int> parse(int count, char** arguments, const Place& place, Reques
     return refuse(e.what());
   }
   if (request.list) return {};
+  if ((request.first > 0 || request.count > 0) && request.journal.empty())
+    return refuse("a part needs a --journal, from which it is merged");
   if (request.scenario.empty()) return refuse("no scenario. There are: " + names());
   if (find(request.scenario) == nullptr)
     return refuse("there is no scenario '" + request.scenario + "'. There are: " + names());

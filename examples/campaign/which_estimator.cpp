@@ -10,6 +10,7 @@
 #include <jml/campaign/campaign_report.hpp>
 
 #include "judgement.hpp"
+#include "study_figure.hpp"
 
 namespace {
 
@@ -319,6 +320,7 @@ int main(int argc, char** argv) {
     times += timing(one, result, j);
     add(summary, one, j);
     picture.add(one, j);
+    study::draw(one, result, directory / (one.key + ".svg"));
     const Judged& best = j.all[j.best];
     const std::string ratio = j.best == j.ekf
                                   ? "1"
@@ -354,6 +356,7 @@ int main(int argc, char** argv) {
   picture.write(directory / "against_the_ekf.svg");
   summary.write(directory / "summary.csv");
   overview.print();
+  std::printf("\nOf each scenario, RMSE and NEES over time: %s/SCENARIO.svg\n", directory.c_str());
   std::printf("\nThe page, with every estimator of every scenario: %s\n",
               (directory / "which_estimator_when.md").c_str());
 }
