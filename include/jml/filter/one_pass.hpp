@@ -187,6 +187,8 @@ void one_pass_step(const Rule& rule, const Model& model, const Belief& prior, co
 /// entry is lost even so. That the prior P is a covariance is trusted; start() asks it once.
 template <OnePassRule Rule_>
 struct OnePass : Rule_ {
+  /// What filter/method.hpp asks of a method.
+  /// @{
   using Rule = Rule_;
   static constexpr bool optimal_on_linear = true;
   template <typename Scalar, int n>
@@ -196,6 +198,7 @@ struct OnePass : Rule_ {
                                     Estimate<Scalar, states_of<D>>>;
 
   constexpr OnePass() = default;
+  /// A rule stands for its method.
   constexpr OnePass(const Rule& rule) : Rule(rule) {}  // NOLINT(google-explicit-constructor): the same thing
 
   template <typename D>
@@ -243,6 +246,7 @@ struct OnePass : Rule_ {
              Report& report) const {
     detail::one_pass_again(rule(), model, prior, sample, next, report);
   }
+  /// @}
 
  private:
   JML_INLINE const Rule& rule() const { return *this; }
