@@ -7,7 +7,7 @@
 #include <jml/attributes.hpp>
 #include <utility>
 
-#if defined(__GNUC__) && !defined(__clang__)
+#if JML_GNU && !defined(__clang__)
 #define JML_WRITTEN_OUT _Pragma("GCC unroll 9")
 #define JML_TWICE _Pragma("GCC unroll 2")
 #else

@@ -70,7 +70,7 @@ JML_INLINE inline bool are_normal(Base sum, Base low, Base high) {
 }
 
 template <typename Base>
-[[gnu::cold]] JML_NOINLINE Interval<Base> product_at_the_edge(Interval<Base> a, Interval<Base> b) {
+JML_RARE Interval<Base> product_at_the_edge(Interval<Base> a, Interval<Base> b) {
   if (isnan(a) || isnan(b)) return Interval<Base>::undefined();
   Interval<Base> out(Float<Base>::infinite, -Float<Base>::infinite);
   for (const Base x : {a.low, a.high}) {
@@ -84,8 +84,7 @@ template <typename Base>
 }
 
 template <typename Base>
-[[gnu::cold]] JML_NOINLINE Interval<Base> quotient_at_the_edge(Interval<Base> a, Interval<Base> b, Base low,
-                                                               Base high) {
+JML_RARE Interval<Base> quotient_at_the_edge(Interval<Base> a, Interval<Base> b, Base low, Base high) {
   if (isnan(a) || isnan(b)) return Interval<Base>::undefined();
   if (contains_zero(b) || std::isnan(low) || std::isnan(high)) return Interval<Base>::whole();
   return {a.low == Base(0) ? Base(0) : below_any(low), a.high == Base(0) ? Base(0) : above_any(high)};

@@ -40,7 +40,7 @@ class Filter {
   using Belief = typename Core::Belief;  ///< of the method: what moves from sample to sample
   static constexpr int states = DynamicsTraits<D>::states;  ///< numbers of x, n
   static constexpr int degrees = degrees_of<D>;         ///< of freedom: `states`, but for states in a space
-  using State = Vector<Scalar, states>;                 ///< n
+  using State = Vector<Scalar, states>;                 ///< a state, n
   using Covariance = Matrix<Scalar, degrees, degrees>;  ///< of the errors of x
   using Control = typename Core::Control;               ///< u, as the dynamics say; of size 0: none
   using At = typename Core::At;                         ///< time, dt and control, as a model is given them
