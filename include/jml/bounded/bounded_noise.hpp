@@ -38,7 +38,8 @@ struct BoxBelief {
 /// The model states disturbance_bound() and noise_bound(). Without a box, jml::Filter{jml::Guaranteed{},
 /// Pendulum{}}, the first measurements make it, eqs. (2.13) and (2.16): a state without a bound is infinite
 /// on that side, and no step is possible until it is measured with update(). A measurement that contradicts
-/// the bounds is reported and not used: report.violation, and the predicted box stays.
+/// the bounds is reported and not used: report.violation, and the predicted box stays. Refused beside bad
+/// input: invalid_box, state_unbounded, invalid_disturbance_bound, invalid_noise_bound.
 template <BoxRule Rule_>
 struct BoundedNoise : Rule_ {
   /// What filter/method.hpp asks of a method.

@@ -69,7 +69,9 @@ struct FlowReport : StepReport<Scalar, n, p> {
 /// (riccati/davison_maki.hpp) or Cvode (continuous/cvode.hpp). A sensor that has noise_spectral_density()
 /// measures all the time; one that has noise_covariance() gives samples: step() then propagates over dt and
 /// corrects with the sample at its end by the difference recursion, refused as a whole; update() serves these
-/// alone. No heap, but Cvode's. Over states in a space, with Ekf alone: continuous/continuous_in_space.hpp.
+/// alone. Refused beside bad input: riccati_escape, covariance_lost; step_too_long (RungeKutta4), step_limit
+/// (DavisonMaki, Cvode), accuracy_not_met and integrator_failed (Cvode). No heap, but Cvode's. Over states in
+/// a space, with Ekf alone: continuous/continuous_in_space.hpp.
 template <typename Rule, typename IntegratorType = RungeKutta4>
 class Continuous {
   static_assert(OnePassRule<Rule>,

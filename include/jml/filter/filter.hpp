@@ -27,7 +27,9 @@ concept NoStart = !std::is_convertible_v<const B&, double> && !is_list_of_sensor
 ///
 /// M: a rule of Table 1 (Kalman, Ekf, Sddre, Jml), Iekf, IteratedJml, FixedLag, Continuous, Algebraic,
 /// Linearised, Guaranteed, or a method of your own (filter/method.hpp). Every refusal leaves belief and time
-/// as they were. Fixed size, no heap (but a recorder's constructor and CVODE's), no exceptions; objects are
+/// as they were. Refused by every filter here: invalid_time_step, invalid_control, invalid_measurement,
+/// dynamics_not_finite, sensor_not_finite, and a Q, R or bound that is none, by its name; what else, the
+/// method says. Fixed size, no heap (but a recorder's constructor and CVODE's), no exceptions; objects are
 /// independent.
 template <typename M, typename D, typename Scalar = double>
 class Filter {

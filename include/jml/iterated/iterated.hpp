@@ -18,7 +18,8 @@
 namespace jml {
 
 /// The method of an iterated rule. A prediction has no measurement to iterate on: it is the inner rule's. A
-/// correction alone is the step's equations without motion.
+/// correction alone is the step's equations without motion. Refused: what OnePass of the inner rule refuses;
+/// not_converged, and no_minimum where the root found is a saddle or a maximum.
 template <IteratedRule Rule_>
 struct ExactStep : Rule_ {
   /// What filter/method.hpp asks of a method.
