@@ -280,7 +280,7 @@ struct SensorDefaults {
 /// of spectral density R (noise_spectral_density).
 template <typename Model>
 struct SensorTraits : SensorDefaults {
-  static constexpr bool looks_into_struct = true;                              ///< false of a specialisation
+  static constexpr bool looks_into_struct = true;                              ///< as of DynamicsTraits
   static constexpr int measurements = detail::count_of_measurements<Model>();  ///< p
   static constexpr int noises = detail::noises_of<Model>();   ///< r, entries of v of m(x, v); default p
   static constexpr bool linear = detail::is_linear<Model>();  ///< promises m_x constant in x
