@@ -14,6 +14,7 @@ packages=(
   libgtest-dev libgmock-dev             # tests
   libbenchmark-dev                      # benchmarks
   gnuplot-nox                           # the demo's figures
+  doxygen                               # the reference: target docs
   gcc-arm-none-eabi libstdc++-arm-none-eabi-picolibc picolibc-arm-none-eabi qemu-system-arm  # bare-metal tests
 )
 

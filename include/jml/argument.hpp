@@ -52,6 +52,10 @@ class Argument : public Matrix<Scalar, rows, cols> {
  public:
   using Value::Value;
   Argument() = default;
+  /// From a matrix of the size, an Eigen expression that has it, or a number where there is one entry.
+  /// Another size is refused at compile time where it is known there; what has its size at run time becomes
+  /// NaN.
+  /// @{
   JML_INLINE Argument(const Value& value) : Value(value) {}  // NOLINT: a value is an argument
   template <typename Other>
   JML_INLINE Argument(const Eigen::EigenBase<Other>& other)  // NOLINT: so is an expression
@@ -69,7 +73,9 @@ class Argument : public Matrix<Scalar, rows, cols> {
     static_assert(entries != 0, "jml: a control for a model that says no `static constexpr int controls`");
     static_assert(entries <= 1, "jml: a single number for a vector or matrix of several entries");
   }
-  // Braces with another count of numbers.
+  /// @}
+  /// Braces with another count of numbers: refused at compile time.
+  /// @{
   Argument(const Scalar&, const Scalar&)
     requires(entries != 2)
   {
@@ -85,6 +91,7 @@ class Argument : public Matrix<Scalar, rows, cols> {
   {
     refuse_count<4>();
   }
+  /// @}
 
   using Value::operator();
   /// An entry of nothing: the control of a model that has none.

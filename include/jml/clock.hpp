@@ -14,7 +14,7 @@ namespace jml {
 class Clock {
  public:
   Clock() = default;
-  explicit Clock(double time) : time_(time) {}
+  explicit Clock(double time) : time_(time) {}  ///< s
 
   /// s; the double next to the sum.
   [[nodiscard]] double time() const { return time_; }
@@ -30,7 +30,7 @@ class Clock {
   /// The step that leads from here to `time`, s; negative where that has passed.
   [[nodiscard]] double until(double time) const { return (time - time_) + excess_; }
 
-  auto each_part(auto&& f) { return f(time_, excess_); }
+  auto each_part(auto&& f) { return f(time_, excess_); }  ///< for saving, image/parts.hpp
 
  private:
   double time_ = 0, excess_ = 0;  // the sum is time_ - excess_

@@ -19,22 +19,25 @@ struct Scratch {};
 /// `degrees`: of freedom, where the state lives in a space (model/space.hpp) and P in its tangent.
 template <typename Scalar_, int n, int degrees = n>
 struct Estimate {
-  using Scalar = Scalar_;
+  using Scalar = Scalar_;  ///< of x and P
   static_assert(n >= 0,
                 "jml: how many states an estimate has must be known at compile time: write "
                 "jml::Estimate<double, n>{x, P} where x or P have their size at run time");
-  static constexpr int states = n;
-  Vector<Scalar, n> x = kernel::zeros<Vector<Scalar, n>>();
+  static constexpr int states = n;                           ///< numbers of x, n
+  Vector<Scalar, n> x = kernel::zeros<Vector<Scalar, n>>();  ///< n; zeros at first
+  /// Degrees×degrees; zeros at first.
   Matrix<Scalar, degrees, degrees> P = kernel::zeros<Matrix<Scalar, degrees, degrees>>();
 
   Estimate() = default;
+  /// Not set, or zeros where they cost nothing.
   explicit Estimate(Scratch) : x(), P() {
     if constexpr (n <= 3) {  // in registers, where a zero costs nothing and clears what was there
       kernel::set_zero(x);
       kernel::set_zero(P);
     }
   }
-  explicit Estimate(const Argument<Scalar, n>& state) : x(state) {}
+  explicit Estimate(const Argument<Scalar, n>& state) : x(state) {}  ///< P is zero: x is known exactly
+  /// N, and degrees×degrees.
   Estimate(const Argument<Scalar, n>& state, const Argument<Scalar, degrees, degrees>& covariance)
       : x(state), P(covariance) {}
 };
@@ -44,6 +47,7 @@ struct PartsOf<Estimate<Scalar, n, degrees>> {
   static auto each(auto& estimate, auto&& f) { return f(estimate.x, estimate.P); }
 };
 
+/// Types from the arguments.
 template <typename Scalar, int n, int degrees>
 Estimate(const Vector<Scalar, n>&, const Matrix<Scalar, degrees, degrees>&) -> Estimate<Scalar, n, degrees>;
 

@@ -57,7 +57,9 @@ struct Gate {
 
   static constexpr double all = 1024;  ///< no probability: stands for open(), and its negative for closed()
 
+  /// Every measurement passes, unjudged.
   [[nodiscard]] constexpr bool off() const { return probability == 1; }
+  /// A probability in (0, 1], open() or closed().
   [[nodiscard]] constexpr bool valid() const {
     return (probability > 0 && probability <= 1) || probability == all || probability == -all;
   }

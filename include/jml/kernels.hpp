@@ -14,12 +14,14 @@
 
 namespace jml::kernel {
 
-#if defined(__AVX__)
+#if !JML_GNU
+inline constexpr int packet_bytes = 0;  // no vector extensions
+#elif defined(__AVX__)
 inline constexpr int packet_bytes = 32;
 #elif defined(__SSE2__) || defined(__aarch64__)
 inline constexpr int packet_bytes = 16;
 #else
-inline constexpr int packet_bytes = 0;  // no vector registers, or a compiler without vector extensions
+inline constexpr int packet_bytes = 0;  // no vector registers
 #endif
 
 /// Lanes of the widest packet that fits into what is left of a column; 1 means plain scalars. Columns of up
@@ -33,7 +35,7 @@ constexpr int lanes(int left) {
 
 template <typename Scalar, int width>
 struct Packet {
-#if defined(__GNUC__)
+#if JML_GNU
   typedef Scalar type __attribute__((vector_size(width * sizeof(Scalar))));
 #else
   using type = Scalar;

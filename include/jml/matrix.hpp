@@ -16,9 +16,11 @@
 
 namespace jml {
 
+/// A matrix of fixed size.
 template <typename Scalar, int rows, int cols>
 using Matrix = Eigen::Matrix<Scalar, rows, cols>;
 
+/// A column of fixed size.
 template <typename Scalar, int rows>
 using Vector = Eigen::Matrix<Scalar, rows, 1>;
 

@@ -30,6 +30,8 @@ concept NumberFor = std::is_same_v<Number, Scalar> || std::is_arithmetic_v<Numbe
 /// numbers too. `using namespace jml::operators;` brings them into a file of one's own: less to compile.
 namespace operators {
 
+/// As Eigen's, as values.
+/// @{
 template <typename Scalar, int rows, int cols, int options>
   requires kernel::fixed<rows, cols>
 [[nodiscard]] JML_INLINE inline Eigen::Matrix<Scalar, rows, cols, options> operator+(
@@ -145,6 +147,7 @@ template <typename Scalar, int rows, int cols, int options>
   }
   return true;
 }
+/// @}
 
 }  // namespace operators
 

@@ -178,6 +178,7 @@ auto operator<<(Stream& out, Status status) -> decltype(out << describe(status))
   return out << describe(status);
 }
 
+/// One word for a log.
 [[nodiscard]] constexpr const char* describe(Solver solver) {
   switch (solver) {
     case Solver::none:

@@ -16,13 +16,15 @@ namespace jml {
 /// high + low, |low| ≤ ε |high|.
 template <typename Scalar>
 struct Twofold {
-  Scalar high = 0, low = 0;
+  Scalar high = 0;  ///< rounded to Scalar
+  Scalar low = 0;   ///< what that lacks
 
   constexpr Twofold() = default;
+  /// Itself.
   constexpr Twofold(Scalar value) : high(value) {}  // NOLINT(google-explicit-constructor): the same number
-  constexpr Twofold(Scalar upper, Scalar lower) : high(upper), low(lower) {}
+  constexpr Twofold(Scalar upper, Scalar lower) : high(upper), low(lower) {}  ///< their sum is the number
 
-  explicit constexpr operator Scalar() const { return high + low; }
+  explicit constexpr operator Scalar() const { return high + low; }  ///< rounded
 
   /// a + b of |a| ≥ |b|, with its error.
   static constexpr Twofold ordered_sum(Scalar a, Scalar b) {
@@ -35,6 +37,8 @@ struct Twofold {
     return {total, (a - (total - part)) + (b - part)};
   }
 
+  /// To a few ε².
+  /// @{
   friend constexpr Twofold operator-(const Twofold& a) { return {-a.high, -a.low}; }
   friend Twofold operator+(const Twofold& a, const Twofold& b) {
     Twofold s = sum(a.high, b.high);
@@ -59,7 +63,10 @@ struct Twofold {
   Twofold& operator-=(const Twofold& b) { return *this = *this - b; }
   Twofold& operator*=(const Twofold& b) { return *this = *this * b; }
   Twofold& operator/=(const Twofold& b) { return *this = *this / b; }
+  /// @}
 
+  /// Of the numbers, not of their upper parts alone.
+  /// @{
   friend constexpr bool operator<(const Twofold& a, const Twofold& b) {
     return a.high < b.high || (a.high == b.high && a.low < b.low);
   }
@@ -67,6 +74,7 @@ struct Twofold {
   friend constexpr bool operator==(const Twofold& a, const Twofold& b) {
     return a.high == b.high && a.low == b.low;
   }
+  /// @}
 };
 
 namespace detail {

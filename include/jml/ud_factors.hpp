@@ -15,8 +15,8 @@ namespace jml {
 /// U (n×n, unit upper triangular) and D (n, ≥ 0) of P = U D Uᵀ.
 template <typename Scalar, int n>
 struct UdFactors {
-  Matrix<Scalar, n, n> U = kernel::zeros<Matrix<Scalar, n, n>>();
-  Vector<Scalar, n> D = kernel::zeros<Vector<Scalar, n>>();
+  Matrix<Scalar, n, n> U = kernel::zeros<Matrix<Scalar, n, n>>();  ///< n×n, unit upper triangular
+  Vector<Scalar, n> D = kernel::zeros<Vector<Scalar, n>>();        ///< n, ≥ 0; infinite: not known
 };
 
 namespace kernel {

@@ -7,15 +7,17 @@
 #include <jml/attributes.hpp>
 #include <utility>
 
-// for (i = 0; i < count; ++i) body, for the entries of a matrix in matrix.hpp and matrix_operators.hpp: a
-// lambda would cost the compiler a type for each use and size.
-#if defined(__GNUC__) && !defined(__clang__)
+#if JML_GNU && !defined(__clang__)
 #define JML_WRITTEN_OUT _Pragma("GCC unroll 9")
 #define JML_TWICE _Pragma("GCC unroll 2")
 #else
+/// Before a loop of at most nine turns: unrolled, where the compiler has a word for that.
 #define JML_WRITTEN_OUT
+/// Before a longer loop: two turns at a time.
 #define JML_TWICE
 #endif
+/// for (i = 0; i < count; ++i) body, for the entries of a matrix in matrix.hpp and matrix_operators.hpp: a
+/// lambda would cost the compiler a type for each use and size.
 #define JML_EACH(i, count, body)                            \
   if constexpr ((count) <= 9) {                             \
     JML_WRITTEN_OUT for (int i = 0; i < (count); ++i) body; \

@@ -16,11 +16,12 @@ struct AutonomousRun {
   double converged = 1e-3;      ///< |x| over its start: at rest
   double lost = 1e3;            ///< |x| over its start: gone
   double time_constants = 200;  ///< of the linear filter at the origin; then it counts as not converging
-  CvodeOptions integrator{CvodeMethod::bdf, 1e-6, 1e-8, 2000};
+  CvodeOptions integrator{CvodeMethod::bdf, 1e-6, 1e-8, 2000};  ///< BDF, as the filter may be stiff
 };
 
+/// How a run without input ended.
 struct AutonomousResult {
-  bool converged = false;
+  bool converged = false;      ///< |x| fell to AutonomousRun::converged of its start
   Status status = Status::ok;  ///< not ok: V(x) ceased to exist on the way, or CVODE refused
   double time = 0;             ///< s
 };

@@ -27,7 +27,7 @@ namespace jml {
 /// A point of a characteristic and what the filter without input does there.
 template <int n>
 struct StabilityPoint {
-  Vector<double, n> x = kernel::zeros<Vector<double, n>>();
+  Vector<double, n> x = kernel::zeros<Vector<double, n>>();       ///< units of x
   Vector<double, n> lambda = kernel::zeros<Vector<double, n>>();  ///< ∂S/∂x
   double level = 0;                                               ///< S
   /// dS/dt of ẋ = f - V(x)HᵀR⁻¹h, per second: the full condition is rate < 0.

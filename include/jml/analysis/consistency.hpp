@@ -30,10 +30,11 @@ namespace jml {
 
 /// [low, high]; NaN where what was asked for is not defined.
 struct ConfidenceInterval {
-  double low = std::numeric_limits<double>::quiet_NaN();
-  double high = std::numeric_limits<double>::quiet_NaN();
+  double low = std::numeric_limits<double>::quiet_NaN();   ///< NaN where not defined
+  double high = std::numeric_limits<double>::quiet_NaN();  ///< likewise
 
-  [[nodiscard]] constexpr bool defined() const { return low <= high; }
+  [[nodiscard]] constexpr bool defined() const { return low <= high; }  ///< it is an interval: no NaN
+  /// Both ends included.
   [[nodiscard]] constexpr bool contains(double value) const { return low <= value && value <= high; }
 };
 
@@ -127,6 +128,7 @@ enum class CovarianceVerdict : std::uint8_t {
 /// in half of the cases with 8/a² degrees of freedom in all, in 97 of 100 with 31/a² (small a).
 class Consistency {
  public:
+  /// `probability`: of interval(), in (0, 1).
   explicit Consistency(double probability = 0.95) : probability_(probability) {}
 
   /// One NEES or NIS value. NaN, negative, or of less than 1 degree: left out and counted. A verdict with
@@ -148,14 +150,17 @@ class Consistency {
         p);
   }
 
-  [[nodiscard]] long samples() const { return samples_; }
-  [[nodiscard]] long left_out() const { return left_out_; }
+  [[nodiscard]] long samples() const { return samples_; }    ///< values added
+  [[nodiscard]] long left_out() const { return left_out_; }  ///< values that were no sample
+  /// Mean of the samples.
   [[nodiscard]] double average() const { return sum_ / static_cast<double>(samples_); }
+  /// Mean degrees: what average() is near.
   [[nodiscard]] double expected() const { return degrees_ / static_cast<double>(samples_); }
   /// Where average() lies with the probability asked for, if the covariance is right.
   [[nodiscard]] ConfidenceInterval interval() const {
     return detail::chi_square_interval(degrees_, static_cast<double>(samples_), probability_);
   }
+  /// What average() says of the covariance; undefined without samples.
   [[nodiscard]] CovarianceVerdict verdict() const {
     const ConfidenceInterval range = interval();
     if (!range.defined()) return CovarianceVerdict::undefined;

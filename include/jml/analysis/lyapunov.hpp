@@ -23,20 +23,22 @@ namespace jml {
 /// V of eq. (30) and its derivative along the filter without input, per second.
 template <typename Scalar>
 struct LyapunovReport {
-  Status status = Status::ok;
-  Scalar value = 0;  ///< V
-  Scalar rate = 0;   ///< V̇
+  Status status = Status::ok;  ///< ok, or what lyapunov() refused
+  Scalar value = 0;            ///< V
+  Scalar rate = 0;             ///< V̇
 };
 
 /// The matrices of a filter at one point, for lyapunov().
 template <typename Scalar, int n, int p>
 struct LyapunovMatrices {
-  Matrix<Scalar, n, n> A, B;   ///< slots of the rule
-  Matrix<Scalar, p, n> D, E;   ///< slots of the rule
+  Matrix<Scalar, n, n> A;      ///< slot of the rule
+  Matrix<Scalar, n, n> B;      ///< slot of the rule
+  Matrix<Scalar, p, n> D;      ///< slot of the rule
+  Matrix<Scalar, p, n> E;      ///< slot of the rule
   Matrix<Scalar, n, n> F;      ///< f(x) = F x
   Matrix<Scalar, p, n> M;      ///< m(x) = M x
   Matrix<Scalar, n, n> noise;  ///< G Q Gᵀ
-  Matrix<Scalar, p, p> R;
+  Matrix<Scalar, p, p> R;      ///< of the sensor
 };
 
 /// V and V̇ at x for a Riccati matrix P that moves by the rule's own equation.

@@ -74,7 +74,7 @@ template <typename Scalar, int n, int p>
 /// What section 5 of the chapter asks of a model at one point.
 template <typename Scalar>
 struct SdcExamination {
-  Status status = Status::ok;
+  Status status = Status::ok;              ///< ok, or what examine_sdc() refused
   PairRank<Scalar> observable_sdc;         ///< (F, M)
   PairRank<Scalar> observable_jacobian;    ///< (f_x, m_x)
   PairRank<Scalar> controllable_sdc;       ///< (F, G Q^½)
@@ -145,6 +145,7 @@ struct WorstRank {
   Scalar margin = std::numeric_limits<Scalar>::infinity();  ///< smallest margin among the points of that rank
   double time = 0;                                          ///< s, when
 
+  /// Of the time `when`, s.
   void add(const PairRank<Scalar>& pair, double when) {
     if (rank >= 0 && (pair.rank > rank || (pair.rank == rank && !(pair.margin < margin)))) return;
     rank = pair.rank;
@@ -156,9 +157,10 @@ struct WorstRank {
 /// The largest of a number along a trajectory, and when.
 template <typename Scalar>
 struct Largest {
-  Scalar value = 0;
-  double time = 0;  ///< s
+  Scalar value = 0;  ///< 0 at first
+  double time = 0;   ///< s
 
+  /// Of the time `when`, s.
   void add(Scalar candidate, double when) {
     if (!(candidate > value)) return;
     value = candidate;
@@ -169,12 +171,16 @@ struct Largest {
 /// Conjectures 1 and 2 along a trajectory: add an examination per sample.
 template <typename Scalar>
 struct SdcAlongTrajectory {
-  long points = 0;
+  long points = 0;              ///< that were added
   long refused = 0;             ///< points without an answer; they count nowhere else
   Status refusal = Status::ok;  ///< why the first of them was refused
+  /// As in SdcExamination.
+  /// @{
   WorstRank<Scalar> observable_sdc, observable_jacobian, controllable_sdc, controllable_jacobian;
   Largest<Scalar> dynamics_gap, sensor_gap;
+  /// @}
 
+  /// `time`: s.
   void add(const SdcExamination<Scalar>& at, double time) {
     ++points;
     if (!usable(at.status)) {

@@ -10,7 +10,7 @@ namespace jml {
 /// Rank of a pair of matrices and how clear it is.
 template <typename Scalar>
 struct PairRank {
-  int rank = 0;
+  int rank = 0;  ///< 0 … n
   /// The smallest pivot that was counted, relative to its scale: at full rank of a pair with one input, a
   /// change of the scaled matrices of this relative size takes a state out of reach. 0 where none was
   /// counted.
@@ -18,6 +18,7 @@ struct PairRank {
   Scalar rejected = 0;  ///< the largest pivot that was not counted, relative to its scale: rounding, or 0
 };
 
+/// 64 n ε: pivots below it, relative to their scale, are rounding.
 template <typename Scalar, int n>
 inline constexpr Scalar default_rank_tolerance = Scalar(64 * n) * std::numeric_limits<Scalar>::epsilon();
 

@@ -21,6 +21,7 @@ enum class StabilityLimit : std::uint8_t {
   no_start,     ///< no steady filter at the origin, or options out of range
 };
 
+/// One word for a log.
 [[nodiscard]] constexpr const char* describe(StabilityLimit limit) {
   switch (limit) {
     case StabilityLimit::none:
@@ -46,20 +47,21 @@ enum class StabilityLimit : std::uint8_t {
 /// box: half widths, n, in the units of x, > 0. The rest has defaults that suit most models.
 template <int n>
 struct StabilityOptions {
-  Vector<double, n> box = kernel::zeros<Vector<double, n>>();
-  double largest_level = std::numeric_limits<double>::infinity();
+  Vector<double, n> box = kernel::zeros<Vector<double, n>>();      ///< half widths
+  double largest_level = std::numeric_limits<double>::infinity();  ///< of S; the continuation ends there
   double start = 1e-3;  ///< radius of the first ellipsoid, relative to the largest one in the box; halved
                         ///< until H is 1e-4 of its terms there
   double level_ratio = 1.15;                ///< from one level of S to the next
   double largest_gap = n == 3 ? 0.3 : 0.1;  ///< between neighbours on the mesh, relative to its size
   double beyond = 1.5;  ///< the continuation goes on to this multiple of a level at which the condition fails
   int refinements = 4;  ///< halvings of the gap round the ray that limits the region
-  int max_rays = n == 3 ? 4000 : 1000;
-  int max_levels = 400;
-  double largest_covariance = 1e4;  ///< of V(x), relative to V(0)
-  CvodeOptions integrator{CvodeMethod::adams, 1e-10, 1e-12};
+  int max_rays = n == 3 ? 4000 : 1000;                        ///< characteristics at most
+  int max_levels = 400;                                       ///< level sets at most
+  double largest_covariance = 1e4;                            ///< of V(x), relative to V(0)
+  CvodeOptions integrator{CvodeMethod::adams, 1e-10, 1e-12};  ///< of the characteristics, Adams
 };
 
+/// Everything finite and in its range.
 template <int n>
 [[nodiscard]] bool valid(const StabilityOptions<n>& o) {
   return (o.box.array() > 0).all() && all_finite(o.box) && o.largest_level > 0 && o.start > 0 &&
@@ -71,8 +73,8 @@ template <int n>
 /// A characteristic: one point a level, the first at level number `first`.
 template <int n>
 struct StabilityRay {
-  std::size_t first = 0;
-  std::vector<StabilityPoint<n>> points;
+  std::size_t first = 0;                  ///< the level number of points[0]
+  std::vector<StabilityPoint<n>> points;  ///< from the inside to the outside
 };
 
 }  // namespace jml

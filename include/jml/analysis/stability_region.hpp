@@ -27,26 +27,27 @@
 
 namespace jml {
 
+/// What stability_region() found.
 template <int n>
 struct StabilityRegion {
   Status status = Status::ok;  ///< refusal before any continuation, or of what ended it
   Matrix<double, n, n> origin_covariance = kernel::zeros<Matrix<double, n, n>>();  ///< V(0)
 
-  double level = 0;                             ///< largest γ certified by the full condition
-  StabilityLimit limit = StabilityLimit::none;  ///< what keeps γ from being larger
-  StabilityPoint<n> limiting_point;             ///< where, if a point does
-  double printed_level = 0;                     ///< largest γ certified by the printed condition (13)
-  StabilityLimit printed_limit = StabilityLimit::none;
-  long printed_failures = 0;  ///< points looked at where (13) failed
+  double level = 0;                                     ///< largest γ certified by the full condition
+  StabilityLimit limit = StabilityLimit::none;          ///< what keeps γ from being larger
+  StabilityPoint<n> limiting_point;                     ///< where, if a point does
+  double printed_level = 0;                             ///< largest γ certified by the printed condition (13)
+  StabilityLimit printed_limit = StabilityLimit::none;  ///< what keeps printed_level from being larger
+  long printed_failures = 0;                            ///< points looked at where (13) failed
   /// Smallest decay rate of S per unit of S of the linear filter at the origin, relative to the mean rate.
   /// 0: borderline directions (above).
   double definiteness = 0;
 
   /// How far S was followed, whatever the condition said, and what ended that; none: no need to go on.
   double reach = 0;
-  StabilityLimit reach_limit = StabilityLimit::none;
+  StabilityLimit reach_limit = StabilityLimit::none;  ///< what ended that
 
-  std::vector<StabilityRay<n>> rays;
+  std::vector<StabilityRay<n>> rays;        ///< the characteristics that were followed
   std::vector<std::array<int, n>> mesh;     ///< neighbours: numbers of rays, oriented
   std::vector<StabilityPoint<n>> boundary;  ///< of {S ≤ γ}, one for each ray that reaches it
 

@@ -45,6 +45,7 @@ class Whiteness {
   static_assert(p >= 1 && lags >= 1, "jml: Whiteness<p, lags> wants a measurement and a lag");
 
  public:
+  /// `probability`: that white innovations pass, in (0, 1).
   explicit Whiteness(double probability = 0.95) : probability_(probability) {
     for (auto& sum : sum_) kernel::set_zero(sum);
   }
@@ -81,8 +82,8 @@ class Whiteness {
   /// The next innovation belongs to another run: no pair is made across.
   void start_run() { held_ = 0; }
 
-  [[nodiscard]] long samples() const { return pairs_[0]; }
-  [[nodiscard]] long left_out() const { return left_out_; }
+  [[nodiscard]] long samples() const { return pairs_[0]; }   ///< innovations added
+  [[nodiscard]] long left_out() const { return left_out_; }  ///< innovations that were no sample
   /// Mean of z zᵀ: the identity where S is right; its trace is the average NIS.
   [[nodiscard]] Matrix<double, p, p> covariance() const { return sum_[0] / static_cast<double>(samples()); }
   /// Entry (i, j): correlation of z_i with z_j `lag` samples before. NaN beyond the lags kept.
@@ -99,7 +100,8 @@ class Whiteness {
     return quantile(complement(law, (1 - probability_) / 2)) / std::sqrt(static_cast<double>(samples()));
   }
 
-  [[nodiscard]] static constexpr int degrees() { return p * p * lags; }
+  [[nodiscard]] static constexpr int degrees() { return p * p * lags; }  ///< of the statistic: p² · lags
+  /// Hosking's, above. NaN with too few samples.
   [[nodiscard]] double statistic() const {
     kernel::SymmetricFactor<double, p> factor;
     if (pairs_[lags] < 1 || samples() <= p || !factor.factor(sum_[0]))
@@ -118,6 +120,7 @@ class Whiteness {
     const boost::math::chi_squared_distribution<double, detail::Quiet> law(degrees());
     return quantile(complement(law, 1 - probability_));
   }
+  /// Undefined without a statistic.
   [[nodiscard]] WhitenessVerdict verdict() const {
     const double value = statistic(), limit = statistic_bound();
     if (std::isnan(value) || std::isnan(limit)) return WhitenessVerdict::undefined;

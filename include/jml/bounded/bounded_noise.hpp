@@ -22,9 +22,9 @@ concept BoxRule = requires { typename Rule::template Memory<double, 1>; };
 /// A box, and what a rule remembers beside it.
 template <typename Scalar_, int n, typename Memory>
 struct BoxBelief {
-  using Scalar = Scalar_;
-  Box<Scalar, n> box;
-  [[no_unique_address]] Memory memory;
+  using Scalar = Scalar_;               ///< of the box
+  Box<Scalar, n> box;                   ///< the states that are possible
+  [[no_unique_address]] Memory memory;  ///< of the rule
 
   /// Centre of the box, the conditional mean (2.31). NaN where a bound is missing.
   [[nodiscard]] Vector<Scalar, n> x() const { return box.centre(); }
@@ -38,9 +38,12 @@ struct BoxBelief {
 /// The model states disturbance_bound() and noise_bound(). Without a box, jml::Filter{jml::Guaranteed{},
 /// Pendulum{}}, the first measurements make it, eqs. (2.13) and (2.16): a state without a bound is infinite
 /// on that side, and no step is possible until it is measured with update(). A measurement that contradicts
-/// the bounds is reported and not used: report.violation, and the predicted box stays.
+/// the bounds is reported and not used: report.violation, and the predicted box stays. Refused beside bad
+/// input: invalid_box, state_unbounded, invalid_disturbance_bound, invalid_noise_bound.
 template <BoxRule Rule_>
 struct BoundedNoise : Rule_ {
+  /// What filter/method.hpp asks of a method.
+  /// @{
   using Rule = Rule_;
   static constexpr bool begins_as_prior = true;
   template <typename Scalar, typename D>
@@ -53,6 +56,7 @@ struct BoundedNoise : Rule_ {
   using Report = BoundedReport<Scalar, measurements_of<S>>;
 
   constexpr BoundedNoise() = default;
+  /// A rule stands for its method.
   constexpr BoundedNoise(const Rule& rule) : Rule(rule) {}  // NOLINT(google-explicit-constructor): the same
 
   template <typename D>
@@ -90,6 +94,7 @@ struct BoundedNoise : Rule_ {
     report.status = predict(model, prior, sample.at, next);
     if (report.status == Status::ok) cut(sample.sensor, sample.y, end_of(sample.at), next, report);
   }
+  /// @}
 
  private:
   /// A measurement that contradicts leaves the belief as it was.

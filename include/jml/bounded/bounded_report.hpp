@@ -19,7 +19,7 @@ struct Violation {
 /// box is the predicted one. innovation: y - m(centre of the predicted box). No innovation matrix, no gate.
 template <typename Scalar, int p>
 struct BoundedReport : Report<Scalar, p> {
-  Violation<Scalar> violation;
+  Violation<Scalar> violation;  ///< none where the measurement fits
 };
 
 }  // namespace jml

@@ -12,25 +12,29 @@ namespace jml {
 /// lower ≤ x ≤ upper by component, n, in the units of the model. An infinite bound: nothing is known there.
 template <typename Scalar_, int n>
 struct Box {
-  using Scalar = Scalar_;
+  using Scalar = Scalar_;  ///< of the bounds
   static_assert(n >= 0,
                 "jml: how many states a box has must be known at compile time: write "
                 "jml::Box<double, n>{lower, upper} where the bounds have their size at run time");
+  /// Least values, n; -∞: none.
   Vector<Scalar, n> lower = kernel::filled<Vector<Scalar, n>>(-std::numeric_limits<Scalar>::infinity());
+  /// Greatest values, n; ∞: none.
   Vector<Scalar, n> upper = kernel::filled<Vector<Scalar, n>>(std::numeric_limits<Scalar>::infinity());
 
   Box() = default;
+  /// Both of n.
   Box(const Argument<Scalar, n>& least, const Argument<Scalar, n>& greatest)
       : lower(least), upper(greatest) {}
 
   /// NaN where a bound is missing.
   [[nodiscard]] Vector<Scalar, n> centre() const { return Scalar(0.5) * (lower + upper); }
-  [[nodiscard]] Vector<Scalar, n> width() const { return upper - lower; }
+  [[nodiscard]] Vector<Scalar, n> width() const { return upper - lower; }  ///< upper - lower, n
   /// (d - c)²/12, eq. (2.34) of the bounded-noise dissertation: of an estimate at the centre, in the units of
   /// the states squared.
   [[nodiscard]] Vector<Scalar, n> error_variance() const {
     return kernel::by_entry(width(), width()) / Scalar(12);
   }
+  /// Bounds included.
   [[nodiscard]] bool contains(const Vector<Scalar, n>& x) const {
     bool inside = true;
     for (int i = 0; i < n; ++i) inside &= lower(i) <= x(i) && x(i) <= upper(i);
@@ -70,6 +74,7 @@ template <typename Scalar, int n>
 
 }  // namespace detail
 
+/// Types from the arguments.
 template <typename Scalar, int n>
 Box(const Vector<Scalar, n>&, const Vector<Scalar, n>&) -> Box<Scalar, n>;
 /// From Eigen expressions.

@@ -18,11 +18,14 @@ namespace jml {
 /// read. A plant whose G reads the state has it as a template over the scalar. Control goes to the plant.
 template <typename Plant, typename Shaping>
 struct ColouredInput {
+  /// Sizes and promises as a dynamics struct gives them; `inputs`: states of the shaping filter, q.
+  /// @{
   static constexpr int plant_states = states_of<Plant>, inputs = states_of<Shaping>;
   static constexpr int states = plant_states + inputs;
   static constexpr int disturbances = DynamicsTraits<Shaping>::disturbances;
   static constexpr int controls = DynamicsTraits<Plant>::controls;
   static constexpr bool linear = DynamicsTraits<Plant>::linear && DynamicsTraits<Shaping>::linear;
+  /// @}
   static_assert(detail::require_discrete<Plant>() && detail::require_discrete<Shaping>());
   static_assert(inputs == DynamicsTraits<Plant>::disturbances,
                 "jml: ColouredInput: the shaping filter needs one state for each disturbance of the plant");
@@ -30,10 +33,11 @@ struct ColouredInput {
       !requires { &Plant::disturbance_mean; },
       "jml: ColouredInput: the plant's disturbance is the shaping filter's state: give that one the mean");
 
+  /// Its functions read time, dt or control.
   static constexpr bool timed = reads_context<double, Plant>() || reads_context<double, Shaping>();
 
-  Plant plant;
-  Shaping shaping;
+  Plant plant;      ///< f and G₂
+  Shaping shaping;  ///< f₁ and G₁
 
   /// (f(x) + G₂ u, f₁(u)).
   template <typename T>
@@ -42,6 +46,7 @@ struct ColouredInput {
   {
     return both(x, StepContext<double, controls>{});
   }
+  /// The same, of a plant or shaping filter that reads time, dt or control.
   template <typename T, typename At>
   Vector<T, states> dynamics(const Vector<T, states>& x, const At& at) const
     requires timed
@@ -56,6 +61,8 @@ struct ColouredInput {
         shaping, Vector<double, inputs>(kernel::zeros<Vector<double, inputs>>()), none);
     return G;
   }
+  /// Of w, the shaping filter's disturbance.
+  /// @{
   template <typename Filter = Shaping>
   auto disturbance_covariance() const -> decltype(std::declval<const Filter&>().disturbance_covariance()) {
     return shaping.disturbance_covariance();
@@ -68,6 +75,7 @@ struct ColouredInput {
   auto disturbance_mean() const -> decltype(std::declval<const Filter&>().disturbance_mean()) {
     return shaping.disturbance_mean();
   }
+  /// @}
 
  private:
   template <typename T, typename At>
@@ -84,6 +92,7 @@ struct ColouredInput {
   }
 };
 
+/// Types from the arguments.
 template <typename Plant, typename Shaping>
 ColouredInput(Plant, Shaping) -> ColouredInput<Plant, Shaping>;
 
@@ -91,11 +100,16 @@ ColouredInput(Plant, Shaping) -> ColouredInput<Plant, Shaping>;
 /// arguments.
 template <typename S, int plant_states, int inputs>
 struct PlantSensor {
+  /// As a sensor struct gives them.
+  /// @{
   static constexpr int measurements = measurements_of<S>;
   static constexpr bool linear = SensorTraits<S>::linear;
   static constexpr bool timed = sensor_reads_context<S, Vector<double, plant_states>, StepContext<double>>();
-  S sensor;
+  /// @}
+  S sensor;  ///< of the plant
 
+  /// As of the plant's sensor, at the plant's part of the state.
+  /// @{
   template <typename T>
   Vector<T, measurements> measurement(const Vector<T, plant_states + inputs>& x) const
     requires(!timed)
@@ -121,6 +135,7 @@ struct PlantSensor {
       -> decltype(std::declval<const Own&>().residual(y, predicted)) {
     return sensor.residual(y, predicted);
   }
+  /// @}
 
  private:
   template <typename T, typename At>

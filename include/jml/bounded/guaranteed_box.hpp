@@ -27,10 +27,13 @@ struct Guaranteed {
   /// cut() works in place, and has to be taken back.
   static constexpr bool contradiction_changes_nothing = false;
   template <typename Scalar, int n>
-  using RunsOn = Interval<Scalar>;
+  using RunsOn = Interval<Scalar>;  ///< a model runs on intervals too
 
+  /// What is carried beside the box: a zonotope about the same states, and the step that led here.
   template <typename Scalar, int n>
   struct Memory {
+    /// Insides of the rule.
+    /// @{
     detail::Zonotope<Scalar, n, columns_per_state * n> shape;
     bool shaped = false;  ///< shape is an enclosure
     // The step that led here, for the way back: x⁺ = J offset + rest, offset = x - x̂.
@@ -40,8 +43,11 @@ struct Guaranteed {
     bool stepped = false;
 
     auto each_part(auto&& f) { return f(shape, shaped, J, offset, rest, stepped); }
+    /// @}
   };
 
+  /// Moves the box over at.dt. state_unbounded: a state has no bound yet; invalid_disturbance_bound;
+  /// dynamics_not_finite. The box is then as it was, the memory is not.
   template <typename D, typename Scalar, int n, typename At>
   [[nodiscard]] static Status move(const D& d, Box<Scalar, n>& box, Memory<Scalar, n>& memory, const At& at) {
     using Range = Interval<Scalar>;
@@ -105,6 +111,7 @@ struct Guaranteed {
     return Status::ok;
   }
 
+  /// Cuts the box by a measurement: report.status, report.violation.
   template <typename S, typename Scalar, int n, int p, typename At>
   static void cut(const S& s, Box<Scalar, n>& box, Memory<Scalar, n>& memory, const Vector<Scalar, p>& y,
                   const At& at, BoundedReport<Scalar, p>& report) {

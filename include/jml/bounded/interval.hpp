@@ -70,7 +70,7 @@ JML_INLINE inline bool are_normal(Base sum, Base low, Base high) {
 }
 
 template <typename Base>
-[[gnu::cold]] JML_NOINLINE Interval<Base> product_at_the_edge(Interval<Base> a, Interval<Base> b) {
+JML_RARE Interval<Base> product_at_the_edge(Interval<Base> a, Interval<Base> b) {
   if (isnan(a) || isnan(b)) return Interval<Base>::undefined();
   Interval<Base> out(Float<Base>::infinite, -Float<Base>::infinite);
   for (const Base x : {a.low, a.high}) {
@@ -84,8 +84,7 @@ template <typename Base>
 }
 
 template <typename Base>
-[[gnu::cold]] JML_NOINLINE Interval<Base> quotient_at_the_edge(Interval<Base> a, Interval<Base> b, Base low,
-                                                               Base high) {
+JML_RARE Interval<Base> quotient_at_the_edge(Interval<Base> a, Interval<Base> b, Base low, Base high) {
   if (isnan(a) || isnan(b)) return Interval<Base>::undefined();
   if (contains_zero(b) || std::isnan(low) || std::isnan(high)) return Interval<Base>::whole();
   return {a.low == Base(0) ? Base(0) : below_any(low), a.high == Base(0) ? Base(0) : above_any(high)};
@@ -108,11 +107,13 @@ constexpr Answer refuse_comparison(Answer answer) {
 template <typename Base>
 struct Interval {
   static_assert(std::same_as<Base, float> || std::same_as<Base, double>, "jml: Interval<float> or <double>");
-  using Limits = detail::Float<Base>;
-  Base low{}, high{};
+  using Limits = detail::Float<Base>;  ///< of the ends
+  Base low{};                          ///< least number inside
+  Base high{};                         ///< greatest one
 
   constexpr Interval() = default;
-  constexpr Interval(Base lower, Base upper) : low(lower), high(upper) {}
+  constexpr Interval(Base lower, Base upper) : low(lower), high(upper) {}  ///< lower ≤ upper, or both NaN
+  /// From a number: itself, or, where Base cannot hold it, an interval about it.
   template <typename Number>
     requires std::is_arithmetic_v<Number>
   constexpr Interval(Number number)  // NOLINT: a constant is an interval
@@ -131,14 +132,12 @@ struct Interval {
     static_assert(detail::refuse_plain_function_of_interval<Base>());
     return {};
   }
-  constexpr auto each_part(auto&& f) { return f(low, high); }
-  /// Every real number.
-  static constexpr Interval whole() { return {-Limits::infinite, Limits::infinite}; }
+  constexpr auto each_part(auto&& f) { return f(low, high); }  ///< for saving, image/parts.hpp
+  static constexpr Interval whole() { return {-Limits::infinite, Limits::infinite}; }  ///< every number
   /// No value at all: both ends NaN.
   static constexpr Interval undefined() { return {Limits::quiet_NaN(), Limits::quiet_NaN()}; }
 
-  /// high - low, rounded up.
-  [[nodiscard]] Base width() const { return detail::above(high - low); }
+  [[nodiscard]] Base width() const { return detail::above(high - low); }  ///< high - low, rounded up
   /// A number inside, half way to rounding; finite also where an end is not.
   [[nodiscard]] Base centre() const {
     const Base half = Base(0.5) * (low + high);
@@ -151,9 +150,14 @@ struct Interval {
     const Base middle = centre();
     return detail::above(std::max(high - middle, middle - low));
   }
+  /// Ends included.
   [[nodiscard]] bool contains(Base number) const { return low <= number && number <= high; }
+  /// Ends included.
   [[nodiscard]] bool contains(const Interval& other) const { return low <= other.low && other.high <= high; }
 
+  /// Encloses the results of the operation on all numbers of its operands; undefined where an operand is. By
+  /// a divisor with zero inside: the whole line.
+  /// @{
   JML_INLINE friend Interval operator+(const Interval& a) { return a; }
   JML_INLINE friend Interval operator-(const Interval& a) { return {-a.high, -a.low}; }
   JML_INLINE friend Interval operator+(const Interval& a, const Interval& b) {
@@ -223,8 +227,10 @@ struct Interval {
   Interval& operator-=(const Interval& b) { return *this = *this - b; }
   Interval& operator*=(const Interval& b) { return *this = *this * b; }
   Interval& operator/=(const Interval& b) { return *this = *this / b; }
+  /// @}
 
-  // No comparison: every way to write one ends here.
+  /// Refused at compile time: two intervals have no order. Ask centre() or contains().
+  /// @{
   template <typename Other>
   friend std::partial_ordering operator<=>(const Interval&, const Other&) {
     return detail::refuse_comparison<Other>(std::partial_ordering::unordered);
@@ -233,17 +239,18 @@ struct Interval {
   friend bool operator==(const Interval&, const Other&) {
     return detail::refuse_comparison<Other>(false);
   }
+  /// @}
 
-  JML_INLINE friend bool is_zero(const Interval& a) { return a.low == 0 && a.high == 0; }
-  friend bool isnan(const Interval& a) { return std::isnan(a.low) || std::isnan(a.high); }
+  JML_INLINE friend bool is_zero(const Interval& a) { return a.low == 0 && a.high == 0; }   ///< [0, 0]
+  friend bool isnan(const Interval& a) { return std::isnan(a.low) || std::isnan(a.high); }  ///< undefined
+  /// Both ends are.
   friend bool isfinite(const Interval& a) { return std::isfinite(a.low) && std::isfinite(a.high); }
-  friend bool contains_zero(const Interval& a) { return a.low <= Base(0) && Base(0) <= a.high; }
-  /// True where every number inside is.
-  friend bool is_positive(const Interval& a) { return a.low > Base(0); }
-  friend bool is_negative(const Interval& a) { return a.high < Base(0); }
+  friend bool contains_zero(const Interval& a) { return a.low <= Base(0) && Base(0) <= a.high; }  ///< 0 in it
+  friend bool is_positive(const Interval& a) { return a.low > Base(0); }   ///< every number inside is
+  friend bool is_negative(const Interval& a) { return a.high < Base(0); }  ///< every number inside is
   /// The largest, the smallest absolute value inside.
   friend Base mag(const Interval& a) { return std::max(-a.low, a.high); }
-  friend Base mig(const Interval& a) { return std::max(Base(0), std::max(a.low, -a.high)); }
+  friend Base mig(const Interval& a) { return std::max(Base(0), std::max(a.low, -a.high)); }  ///< see mag()
 
   /// a², never negative.
   JML_INLINE friend Interval square(const Interval& a) {

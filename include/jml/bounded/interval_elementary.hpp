@@ -87,6 +87,9 @@ constexpr Interval<Base> pi() {
     return {0x1.921fb54442d18p+1, 0x1.921fb54442d19p+1};
 }
 
+/// Encloses the function over the interval, with the error of the C library's function on top of rounding.
+/// Where it has no value on a part of the interval, that part is left out; where on none, undefined.
+/// @{
 template <typename B>
 Interval<B> sin(const Interval<B>& a) {
   return detail::wave(a, B(0.5), [](B x) { return std::sin(x); });
@@ -190,5 +193,6 @@ template <typename B>
 Interval<B> fabs(const Interval<B>& a) {
   return abs(a);
 }
+/// @}
 
 }  // namespace jml

@@ -13,6 +13,8 @@
 
 namespace jml {
 
+/// Encloses the function over both intervals.
+/// @{
 template <typename B>
 Interval<B> max(const Interval<B>& a, const Interval<B>& b) {
   if (isnan(a) || isnan(b)) return Interval<B>::undefined();
@@ -28,6 +30,7 @@ Interval<B> hypot(const Interval<B>& a, const Interval<B>& b) {
   const B least = std::hypot(mig(a), mig(b)), most = std::hypot(mag(a), mag(b));
   return {std::max(B(0), detail::under(least)), most == B(0) ? most : detail::over(most)};
 }
+/// @}
 
 /// The angle of (x, y): [-π, π] where the box meets the negative x axis, on which atan2 jumps, or the origin.
 template <typename B>
@@ -98,7 +101,8 @@ using IntervalOf = std::conditional_t<is_interval<A>, A, B>;
 
 }  // namespace detail
 
-// With a plain number in either place.
+/// The same, with a plain number in either place.
+/// @{
 template <typename A, typename B>
   requires detail::IntervalAndNumber<A, B>
 detail::IntervalOf<A, B> max(const A& a, const B& b) {
@@ -126,7 +130,9 @@ template <typename A, typename B>
 detail::IntervalOf<A, B> pow(const A& a, const B& p) {
   return pow(detail::IntervalOf<A, B>(a), detail::IntervalOf<A, B>(p));
 }
+/// @}
 
+/// Both slopes where zero is inside.
 template <typename B, int n>
 Dual<Interval<B>, n> abs(const Dual<Interval<B>, n>& a) {
   if (a.value.low >= B(0)) return a;
@@ -144,6 +150,7 @@ Dual<Interval<B>, n> max(const Dual<Interval<B>, n>& a, const Dual<Interval<B>, 
   for (int i = 0; i < n; ++i) out.partial[i] = hull(a.partial[i], b.partial[i]);
   return out;
 }
+/// As max().
 template <typename B, int n>
 Dual<Interval<B>, n> min(const Dual<Interval<B>, n>& a, const Dual<Interval<B>, n>& b) {
   return -max(-a, -b);
@@ -179,6 +186,8 @@ Interval<B> one_less(const Interval<B>& p) {
 
 }  // namespace detail
 
+/// Exponent a number, or a dual number too: value and slopes enclosed.
+/// @{
 template <typename B, int n, typename Exponent>
   requires std::is_arithmetic_v<Exponent>
 Dual<Interval<B>, n> pow(const Dual<Interval<B>, n>& a, Exponent exponent) {
@@ -196,5 +205,6 @@ Dual<Interval<B>, n> pow(const Dual<Interval<B>, n>& a, const Dual<Interval<B>, 
   }
   return out;
 }
+/// @}
 
 }  // namespace jml

@@ -20,12 +20,14 @@ struct Linearised {
   /// cut() touches the box only where it is used.
   static constexpr bool contradiction_changes_nothing = true;
   template <typename Scalar, int n>
-  using RunsOn = Dual<Scalar, n>;
+  using RunsOn = Dual<Scalar, n>;  ///< the Jacobians are derived by dual numbers
 
   /// Nothing is carried beside the box.
   template <typename Scalar, int n>
   struct Memory {};
 
+  /// Moves the box over at.dt, eqs. (2.5)-(2.34). state_unbounded: a state has no bound yet;
+  /// invalid_disturbance_bound; dynamics_not_finite.
   template <typename D, typename Scalar, int n, typename At>
   [[nodiscard]] static Status move(const D& d, Box<Scalar, n>& box, Memory<Scalar, n>&, const At& at) {
     constexpr int q = DynamicsTraits<D>::disturbances;
@@ -59,6 +61,7 @@ struct Linearised {
     return box.bounded() ? Status::ok : diagnose;  // a NaN or an infinity anywhere above ends up in it
   }
 
+  /// Cuts the box by a measurement, eqs. (3.7)-(3.31): report.status, report.violation.
   template <typename S, typename Scalar, int n, int p, typename At>
   static void cut(const S& s, Box<Scalar, n>& box, Memory<Scalar, n>&, const Vector<Scalar, p>& y,
                   const At& at, BoundedReport<Scalar, p>& report) {

@@ -22,28 +22,33 @@ struct CampaignRow {
   Vector<double, n> x = kernel::zeros<Vector<double, n>>();  ///< the estimate
   Vector<double, n> truth = kernel::zeros<Vector<double, n>>(),
                     error = kernel::zeros<Vector<double, n>>();  ///< x - truth
-  double scalar_error = 0;             ///< scenario.error(), or the 2-norm of `error`
-  double nees = 0, nis = 0, cost = 0;  ///< NaN where there is none
-  Box<double, n> box;                  ///< of an estimator that has one
-  Status status = Status::ok;          ///< of the step (or the first update)
-  bool refused = false;                ///< the step was refused and a prediction made in its place
-  bool rejected = false;               ///< the measurement was not used: the gate, or a violated bound
+  double scalar_error = 0;     ///< scenario.error(), or the 2-norm of `error`
+  double nees = 0;             ///< NaN where there is none
+  double nis = 0;              ///< likewise
+  double cost = 0;             ///< likewise
+  Box<double, n> box;          ///< of an estimator that has one
+  Status status = Status::ok;  ///< of the step (or the first update)
+  bool refused = false;        ///< the step was refused and a prediction made in its place
+  bool rejected = false;       ///< the measurement was not used: the gate, or a violated bound
 };
 
 /// Why a run does not count for an estimator.
 struct RunFault {
+  /// What went wrong.
   enum class Kind : std::int32_t {
     prediction_refused,  ///< a step was refused, and the prediction in its place too
     not_finite,          ///< the estimate or its error is not a number
     lost,                ///< the scalar error passed the scenario's `lost`
   };
-  std::int64_t run = 0;
-  std::int32_t estimator = 0, step = 0;
-  Kind kind = Kind::lost;
+  std::int64_t run = 0;        ///< its number, from 0
+  std::int32_t estimator = 0;  ///< its number, from 0
+  std::int32_t step = 0;       ///< 0: the update before the first step
+  Kind kind = Kind::lost;      ///< why
   Status status = Status::ok;  ///< of the prediction that was refused
   double scalar_error = 0;     ///< at that step
 };
 
+/// A few words for a log.
 [[nodiscard]] constexpr const char* describe(RunFault::Kind kind) {
   switch (kind) {
     case RunFault::Kind::prediction_refused:

@@ -17,15 +17,16 @@ namespace jml {
 /// One run again: the flight, and of every estimator what the campaign saw.
 template <typename Scenario>
 struct CampaignReplay {
+  /// One estimator on this flight.
   struct Track {
-    std::string name;
+    std::string name;                                 ///< of the estimator
     std::vector<CampaignRow<Scenario::states>> rows;  ///< 0 … steps, or to the step at which the run failed
     std::optional<RunFault> fault;                    ///< why the run does not count
   };
-  std::string error;  ///< not empty: why there is no replay
-  detail::FlightOf<Scenario> flight;
-  std::vector<Track> tracks;
-  [[nodiscard]] bool ok() const { return error.empty(); }
+  std::string error;                                       ///< not empty: why there is no replay
+  detail::FlightOf<Scenario> flight;                       ///< truth, y, control
+  std::vector<Track> tracks;                               ///< in the order of the estimators
+  [[nodiscard]] bool ok() const { return error.empty(); }  ///< there is a replay
 };
 
 /// A scenario and the estimators that fly it.
@@ -51,10 +52,11 @@ class Campaign {
   static_assert(Scenario::states > 0 && Scenario::measurements > 0);
 
  public:
+  /// At least one estimator; two of one name are refused by run().
   explicit Campaign(Scenario scenario, E... estimators)
       : scenario_(std::move(scenario)), estimators_(std::move(estimators)...) {}
 
-  CampaignOptions options;
+  CampaignOptions options;  ///< read by run() and replay()
 
   /// Never throws: what goes wrong is the result's message().
   [[nodiscard]] CampaignResult run() const {

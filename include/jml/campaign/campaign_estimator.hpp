@@ -26,14 +26,17 @@ struct OneStep {};
 /// report.nis(), report.gate, report.violation.row.
 template <typename Make, typename Cost = NoCost>
 struct Estimator {
-  std::string name;
-  Make make;
-  Cost cost{};
+  std::string name;  ///< in tables and files; not empty
+  Make make;         ///< (const Flight&) → a filter at its start
+  Cost cost{};       ///< OneStep{}, or (filter, report) → double
 };
+/// Types from the arguments.
+/// @{
 template <typename Make>
 Estimator(std::string, Make) -> Estimator<Make, NoCost>;
 template <typename Make, typename Cost>
 Estimator(std::string, Make, Cost) -> Estimator<Make, Cost>;
+/// @}
 
 /// What a campaign flies: x(), and one of the three step() whose report has a status.
 template <typename F, typename S, typename Y, typename Scalar, typename Control>

@@ -24,6 +24,7 @@ namespace jml {
 /// MPI from here to the end of the scope, with the thread level that a campaign needs.
 class MpiSession {
  public:
+  /// Of main's arguments.
   MpiSession(int* count, char*** arguments) {
     int provided = 0;
     MPI_Init_thread(count, arguments, MPI_THREAD_FUNNELED, &provided);

@@ -11,10 +11,10 @@ namespace jml {
 
 /// How a campaign is run.
 struct CampaignOptions {
-  std::int64_t runs = 1000;
-  std::uint64_t seed = 1;
-  int threads = 0;        ///< of this process; 0: as many as the machine has
-  std::string journal{};  ///< path of a file that keeps finished blocks; empty: none
+  std::int64_t runs = 1000;  ///< flights; at least 1
+  std::uint64_t seed = 1;    ///< of CounterNoise: another one, other noise
+  int threads = 0;           ///< of this process; 0: as many as the machine has
+  std::string journal{};     ///< path of a file that keeps finished blocks; empty: none
   std::string
       version{};         ///< anything that names the state of the user's code; part of the journal's identity
   int blocks = 128;      ///< runs are added in this many blocks, whatever the threads; at most `runs`
@@ -30,10 +30,11 @@ struct CampaignOptions {
 
 /// A number from the runs. NaN where there are too few of them.
 struct Figure {
-  double value = std::numeric_limits<double>::quiet_NaN();
+  double value = std::numeric_limits<double>::quiet_NaN();  ///< NaN: none
+  /// Of the value; NaN with fewer than two runs.
   double standard_error = std::numeric_limits<double>::quiet_NaN();
-  double low = std::numeric_limits<double>::quiet_NaN();  ///< 95 % confidence interval
-  double high = std::numeric_limits<double>::quiet_NaN();
+  double low = std::numeric_limits<double>::quiet_NaN();   ///< 95 % confidence interval
+  double high = std::numeric_limits<double>::quiet_NaN();  ///< of the 95 % confidence interval
 };
 
 namespace detail {
@@ -105,6 +106,7 @@ struct CampaignData {
 class SampleFigures {
  public:
   SampleFigures() = default;
+  /// By EstimatorFigures::at().
   SampleFigures(const double* group, double kept, int states) : group_(group), kept_(kept), states_(states) {}
 
   [[nodiscard]] std::int64_t kept() const { return static_cast<std::int64_t>(kept_); }  ///< runs
@@ -116,19 +118,21 @@ class SampleFigures {
   [[nodiscard]] Figure mse(int i) const {
     return detail::positive_figure(kept_, component(i, L::e2), component(i, L::e4));
   }
-  [[nodiscard]] Figure rmse(int i) const { return detail::root_figure(mse(i)); }
+  [[nodiscard]] Figure rmse(int i) const { return detail::root_figure(mse(i)); }  ///< root of mse(i)
   /// Root mean square of the scalar error.
   [[nodiscard]] Figure rmse() const {
     return detail::root_figure(detail::positive_figure(kept_, get(L::scalar2), get(L::scalar4)));
   }
+  /// Over the runs; NaN of an estimator without P.
   [[nodiscard]] Figure nees() const { return moments(L::nees); }
-  [[nodiscard]] Figure nis() const { return moments(L::nis); }
-  [[nodiscard]] Figure cost() const { return moments(L::cost); }
+  [[nodiscard]] Figure nis() const { return moments(L::nis); }    ///< over the runs; NaN of one without nis()
+  [[nodiscard]] Figure cost() const { return moments(L::cost); }  ///< as the Estimator says; NaN without one
   /// Steps refused, and measurements not used (gate, violated bound), over all runs that got here.
   [[nodiscard]] std::int64_t refused() const { return count(L::refused); }
-  [[nodiscard]] std::int64_t rejected() const { return count(L::rejected); }
+  [[nodiscard]] std::int64_t rejected() const { return count(L::rejected); }  ///< see refused()
   /// Share of the runs whose box holds the true component i, and mean width of the box there.
   [[nodiscard]] double contained(int i) const { return component(i, L::inside) / get(L::boxes); }
+  /// See contained().
   [[nodiscard]] double width(int i) const { return component(i, L::width) / get(L::boxes); }
   /// Share of the runs whose box holds the whole true state.
   [[nodiscard]] double contained() const { return get(L::all_inside) / get(L::boxes); }
@@ -158,9 +162,11 @@ class SampleFigures {
 class EstimatorFigures {
  public:
   EstimatorFigures() = default;
+  /// By CampaignResult::estimator().
   EstimatorFigures(std::shared_ptr<const detail::CampaignData> data, int index)
       : data_(std::move(data)), index_(index) {}
 
+  /// Empty where there is no such estimator.
   [[nodiscard]] std::string name() const {
     return data_ ? data_->estimators[static_cast<std::size_t>(index_)] : std::string();
   }
@@ -173,15 +179,16 @@ class EstimatorFigures {
   [[nodiscard]] Figure run_rmse() const { return moments(L::run_error); }
   /// Means over the runs of each run's mean.
   [[nodiscard]] Figure nees() const { return moments(L::run_nees); }
-  [[nodiscard]] Figure nis() const { return moments(L::run_nis); }
-  [[nodiscard]] Figure cost() const { return moments(L::run_cost); }
+  [[nodiscard]] Figure nis() const { return moments(L::run_nis); }    ///< see nees()
+  [[nodiscard]] Figure cost() const { return moments(L::run_cost); }  ///< see nees()
+  /// Runs that count.
   [[nodiscard]] std::int64_t kept() const { return static_cast<std::int64_t>(head(L::kept)); }
   /// Runs that do not count, in order, with the step and the reason; replay them with campaign.replay(run).
   [[nodiscard]] std::vector<RunFault> failed() const { return faults(false); }
-  [[nodiscard]] std::vector<RunFault> lost() const { return faults(true); }
+  [[nodiscard]] std::vector<RunFault> lost() const { return faults(true); }  ///< see failed()
   /// Over all runs and samples.
   [[nodiscard]] std::int64_t refused() const { return total(L::refused); }
-  [[nodiscard]] std::int64_t rejected() const { return total(L::rejected); }
+  [[nodiscard]] std::int64_t rejected() const { return total(L::rejected); }  ///< see refused()
   /// Time in the filter for each step, ns; not part of what is reproducible.
   [[nodiscard]] double ns_per_step() const {
     if (!data_) return std::numeric_limits<double>::quiet_NaN();
@@ -220,19 +227,22 @@ class EstimatorFigures {
 /// What run() answers. Where it is not ok(), message() says why and there are no figures.
 class CampaignResult {
  public:
-  explicit CampaignResult(std::string message) : message_(std::move(message)) {}
+  explicit CampaignResult(std::string message) : message_(std::move(message)) {}  ///< a refusal
+  /// Figures.
   CampaignResult(std::shared_ptr<const detail::CampaignData> data, std::string warning, bool writes = true)
       : data_(std::move(data)), warning_(std::move(warning)), writes_(writes) {}
 
-  [[nodiscard]] bool ok() const { return data_ != nullptr; }
+  [[nodiscard]] bool ok() const { return data_ != nullptr; }  ///< there are figures
+  /// Why there are none.
   [[nodiscard]] const char* message() const { return ok() ? "ok" : message_.c_str(); }
   /// Not empty where the figures are right, but the journal could not be kept to the end.
   [[nodiscard]] const char* warning() const { return warning_.c_str(); }
-  [[nodiscard]] int estimators() const { return ok() ? data_->layout.estimators : 0; }
+  [[nodiscard]] int estimators() const { return ok() ? data_->layout.estimators : 0; }  ///< how many
   /// By number, from 0, or by name. Without figures where there is no such estimator.
   [[nodiscard]] EstimatorFigures estimator(int index) const {
     return index >= 0 && index < estimators() ? EstimatorFigures(data_, index) : EstimatorFigures();
   }
+  /// The same, by name.
   [[nodiscard]] EstimatorFigures estimator(const std::string& name) const {
     return estimator(index_of(name));
   }
@@ -260,7 +270,7 @@ class CampaignResult {
   [[nodiscard]] std::int64_t blocks_taken_over() const { return ok() ? data_->blocks_taken_over : 0; }
   /// Share of the working threads' time that was spent inside the estimators.
   [[nodiscard]] double share_inside() const;
-  [[nodiscard]] double wall_seconds() const { return ok() ? data_->wall_seconds : 0; }
+  [[nodiscard]] double wall_seconds() const { return ok() ? data_->wall_seconds : 0; }  ///< s, of run()
 
   /// The table of all samples, one row for each estimator and sample. The same bytes for any number of
   /// threads and ranks. False where the file cannot be written. On ranks other than 0 nothing is written.

@@ -14,9 +14,9 @@ namespace jml {
 /// What a scenario's fly() fills. The campaign has sized everything and set `dt` and `measured_at_start`.
 template <int n, int p, int controls = 0>
 struct Flight {
-  int steps = 0;
-  double dt = 0;  ///< s, the same for every step
-  bool measured_at_start = false;
+  int steps = 0;                                 ///< k = 0 … steps
+  double dt = 0;                                 ///< s, the same for every step
+  bool measured_at_start = false;                ///< y[0] counts
   std::vector<Vector<double, n>> truth;          ///< 0 … steps
   std::vector<Vector<double, p>> y;              ///< 1 … steps, and 0 where measured at the start
   std::vector<Vector<double, controls>> control; /**< 0 … steps - 1; [k] is held from sample k to k + 1 */

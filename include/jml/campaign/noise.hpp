@@ -16,7 +16,7 @@ namespace jml {
 /// order in which function arguments are evaluated is not fixed either.
 class Noise : public Distributions<Noise> {
  public:
-  explicit Noise(std::uint64_t seed) : engine_(seed) {}
+  explicit Noise(std::uint64_t seed) : engine_(seed) {}  ///< the same seed gives the same numbers everywhere
 
   /// Uniform in (0, 1).
   double uniform() { return (static_cast<double>(engine_() >> 12) + 0.5) * 0x1p-52; }

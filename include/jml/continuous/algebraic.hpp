@@ -19,15 +19,17 @@ namespace jml {
 /// time. status: accepted_critical where one of the equations was.
 template <typename Scalar, int n, int p>
 struct AlgebraicReport : StepReport<Scalar, n, p> {
-  Scalar residual = 0, error = 0;  ///< the worst of the solutions: relative residual, claimed relative error
-  int solutions = 0, cold = 0;     ///< of the algebraic equation; how many of them a warm start did not serve
+  Scalar residual = 0;  ///< largest relative residual of the solutions
+  Scalar error = 0;     ///< largest relative error that a solution claims
+  int solutions = 0;    ///< solutions of the algebraic equation
+  int cold = 0;         ///< how many of them a warm start did not serve
 };
 
 /// A state, and the last solution of the algebraic equation.
 template <typename Scalar_, int n>
 struct AlgebraicBelief {
-  using Scalar = Scalar_;
-  Vector<Scalar, n> x = kernel::zeros<Vector<Scalar, n>>();
+  using Scalar = Scalar_;                                          ///< of x and P
+  Vector<Scalar, n> x = kernel::zeros<Vector<Scalar, n>>();        ///< n, units of the model
   Matrix<Scalar, n, n> P = kernel::zeros<Matrix<Scalar, n, n>>();  ///< V; zero before the first
   bool warm = false;                                               ///< there is one
 };
@@ -49,6 +51,8 @@ class Algebraic {
                 "jml: an iterated rule has no meaning in continuous time: take Sddre, Rnls or Ekf");
 
  public:
+  /// What filter/method.hpp asks of a method.
+  /// @{
   template <typename Scalar, int n>
   using RunsOn = Dual<Scalar, n>;
   template <typename Scalar, typename D>
@@ -58,10 +62,11 @@ class Algebraic {
   template <typename Scalar, typename D, typename S>
   using Report = AlgebraicReport<Scalar, states_of<D>, measurements_of<S>>;
 
+  /// `row`: of Table 1; `how`: substeps and how often V is solved for.
   explicit Algebraic(Rule row = {}, const AlgebraicOptions& how = {}) : rule(std::move(row)), options(how) {}
 
-  [[no_unique_address]] Rule rule;
-  AlgebraicOptions options;
+  [[no_unique_address]] Rule rule;  ///< of Table 1
+  AlgebraicOptions options;         ///< invalid_option: fewer than one substep
 
   template <typename D>
   static consteval bool accepts() {
@@ -149,6 +154,7 @@ class Algebraic {
       }
     }
   }
+  /// @}
 };
 
 template <typename Rule>

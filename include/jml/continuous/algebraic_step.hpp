@@ -18,11 +18,13 @@ enum class GainUpdate : std::uint8_t {
   every_stage,   ///< at each stage of each Runge-Kutta substep: order 4 in the step
   every_sample,  ///< once, at the start of the interval, and the gain held over it
 };
+/// For saving, image/parts.hpp.
 constexpr GainUpdate last_value(GainUpdate) { return GainUpdate::every_sample; }
 
+/// How the interval of an algebraic filter is made.
 struct AlgebraicOptions {
-  int substeps = 1;  ///< Runge-Kutta steps over an interval
-  GainUpdate gain = GainUpdate::every_stage;
+  int substeps = 1;                           ///< Runge-Kutta steps over an interval
+  GainUpdate gain = GainUpdate::every_stage;  ///< how often V is solved for
 
   /// Four solutions a substep are counted by an int.
   [[nodiscard]] bool valid() const {

@@ -69,13 +69,17 @@ struct FlowReport : StepReport<Scalar, n, p> {
 /// (riccati/davison_maki.hpp) or Cvode (continuous/cvode.hpp). A sensor that has noise_spectral_density()
 /// measures all the time; one that has noise_covariance() gives samples: step() then propagates over dt and
 /// corrects with the sample at its end by the difference recursion, refused as a whole; update() serves these
-/// alone. No heap, but Cvode's. Over states in a space, with Ekf alone: continuous/continuous_in_space.hpp.
+/// alone. Refused beside bad input: riccati_escape, covariance_lost; step_too_long (RungeKutta4), step_limit
+/// (DavisonMaki, Cvode), accuracy_not_met and integrator_failed (Cvode). No heap, but Cvode's. Over states in
+/// a space, with Ekf alone: continuous/continuous_in_space.hpp.
 template <typename Rule, typename IntegratorType = RungeKutta4>
 class Continuous {
   static_assert(OnePassRule<Rule>,
                 "jml: an iterated rule has no meaning in continuous time: take Ekf, Sddre, Rnls or Kalman");
 
  public:
+  /// What filter/method.hpp asks of a method.
+  /// @{
   static constexpr bool optimal_on_linear = true, symmetric = Rule::symmetric;
   template <typename Scalar, int n>
   using RunsOn = Dual<Scalar, n>;
@@ -84,9 +88,10 @@ class Continuous {
   /// The dynamics, and what the integrator keeps for one filter.
   template <typename Scalar, typename D>
   struct Model : NoisyDynamics<Scalar, D> {
+    /// Of a method, which says how to integrate.
     Model(const D& model, const Continuous& method)
         : NoisyDynamics<Scalar, D>(model), engine(method.integrator) {}
-    [[no_unique_address]] EngineOf<IntegratorType, Scalar, states_of<D>> engine;
+    [[no_unique_address]] EngineOf<IntegratorType, Scalar, states_of<D>> engine;  ///< of the integrator
 
     /// Forgets what led here.
     void restart() {
@@ -100,10 +105,11 @@ class Continuous {
                          FlowReport<Scalar, states_of<D>, SensorTraits<S>::measurements>,
                          StepReport<Scalar, states_of<D>, SensorTraits<S>::measurements>>;
 
+  /// `row`: of Table 1; `by`: the integrator.
   explicit Continuous(Rule row = {}, IntegratorType by = {})
       : rule(std::move(row)), integrator(std::move(by)) {}
 
-  [[no_unique_address]] Rule rule;
+  [[no_unique_address]] Rule rule;                  ///< of Table 1
   [[no_unique_address]] IntegratorType integrator;  ///< read when a filter is made
 
   template <typename D>
@@ -162,6 +168,7 @@ class Continuous {
       correct(model, predicted, jml::Sample{sample.sensor, sample.y, end, sample.gate}, next, report);
     }
   }
+  /// @}
 
  private:
   template <typename>

@@ -41,11 +41,13 @@ class Cvode::Engine {
   static_assert(std::is_same_v<Scalar, double>, "jml: CVODE integrates in double");
 
  public:
-  static constexpr int size = n + n * n;
+  static constexpr int size = n + n * n;  ///< equations at most
 
+  /// The options are copied.
   Engine(const Cvode& options)  // NOLINT(google-explicit-constructor): the same thing
       : options_(options), symmetric_(options), full_(options) {}
 
+  /// Moves x and P over dt, s, from `time`. On refusal both are untouched.
   template <typename Flow>
   Status move(Flow& flow, double time, double dt, Vector<double, n>& x, Matrix<double, n, n>& P,
               typename Flow::Report& report) {

@@ -24,6 +24,8 @@ struct Factored<Continuous<Rule_, RungeKutta4>> {
       Rule_::symmetric,
       "jml: a factored form belongs to the symmetric rules Kalman, Ekf and Sddre: P of another rule "
       "is no covariance and has no factors U D Uᵀ");
+  /// What filter/method.hpp asks of a method.
+  /// @{
   using Rule = Continuous<Rule_, RungeKutta4>;
   static constexpr bool symmetric = true, optimal_on_linear = true;
   template <typename Scalar, int n>
@@ -40,9 +42,9 @@ struct Factored<Continuous<Rule_, RungeKutta4>> {
                          FactoredReport<Scalar, states_of<D>, measurements_of<S>>>;
 
   Factored() = default;
-  explicit Factored(const Rule& of) : rule(of) {}
+  explicit Factored(const Rule& of) : rule(of) {}  ///< the plain form
 
-  [[no_unique_address]] Rule rule;
+  [[no_unique_address]] Rule rule;  ///< the plain form, with its options
 
   template <typename D>
   static consteval bool accepts() {
@@ -96,6 +98,7 @@ struct Factored<Continuous<Rule_, RungeKutta4>> {
       correct(model, predicted, jml::Sample{sample.sensor, sample.y, end, sample.gate}, next, report);
     }
   }
+  /// @}
 
  private:
   Factored<Rule_> samples() const { return Factored<Rule_>(rule.rule); }

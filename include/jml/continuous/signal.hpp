@@ -14,16 +14,22 @@ namespace jml {
 /// right-hand side then has a kink at the samples and no jump: CVODE goes on without a restart.
 template <typename Scalar, int p>
 struct Line {
+  /// Measurements, p each, at the start and the end of the interval.
   Line(const Argument<Scalar, p>& start, const Argument<Scalar, p>& end) : from(start), to(end) {}
+  /// Of one measurement.
   Line(Scalar start, Scalar end)
     requires(p == 1)
       : from(kernel::filled<Vector<Scalar, p>>(start)), to(kernel::filled<Vector<Scalar, p>>(end)) {}
-  Vector<Scalar, p> from, to;
+  Vector<Scalar, p> from;  ///< at the start, p
+  Vector<Scalar, p> to;    ///< at the end, p
 };
+/// Types from the arguments.
+/// @{
 template <typename Scalar, int p>
 Line(const Vector<Scalar, p>&, const Vector<Scalar, p>&) -> Line<Scalar, p>;
 template <std::floating_point Scalar>
 Line(Scalar, Scalar) -> Line<Scalar, 1>;
+/// @}
 
 namespace detail {
 

@@ -3,8 +3,7 @@
 /// The RNLS filter made exact over an interval: the differential Riccati equation (19) of Rusnak (2018) with
 /// its coefficients along the smoothed trajectory, repeated.
 ///
-/// About a trajectory x̃ the two-point problem (13), (14) is linear; with the slots of Table 1, B = f_x, D =
-/// m_x:
+/// About a trajectory x̃ the two-point problem (13), (14) is linear; with B = f_x, D = m_x of Table 1:
 ///   ẋ = f(x̃) + A (x - x̃) + G Q Gᵀ λ,   λ̇ = -Bᵀ λ - Dᵀ R⁻¹ (y - m(x̃) - E (x - x̃)).
 /// x = x̂ + P λ solves it: forward the filter (17) with the P of (19), backward λ. At a fixed point x = x̃ this
 /// is (12) for any SDC matrices A and E, so the filter's last x̂, where λ = 0, is the exact optimum. The row
@@ -16,18 +15,21 @@
 
 namespace jml {
 
+/// When the sweeps end.
 struct SweptOptions {
-  int max_sweeps = 200;
+  int max_sweeps = 200;  ///< sweeps at most
   double tolerance = 0;  ///< of report.step; 0 asks for the default, 1e-10 (float: 1e-4)
+  /// In their range.
   [[nodiscard]] bool valid() const { return max_sweeps > 0 && tolerance >= 0 && tolerance < 1; }
 };
 
+/// How the sweeps ended.
 template <typename Scalar, int n>
 struct SweptReport {
   /// ok: the tolerance is met. not_converged: out of sweeps. riccati_escape: P of (19) has a pole inside the
   /// interval, along this trajectory. The states of a refusal are no answer.
   Status status = Status::ok;
-  int sweeps = 0;
+  int sweeps = 0;  ///< made
   /// The largest change of a state in the last sweep, relative to its largest value.
   Scalar step = std::numeric_limits<Scalar>::quiet_NaN();
   Scalar cost = std::numeric_limits<Scalar>::quiet_NaN();  ///< J; of a trajectory only where it has converged
@@ -79,8 +81,7 @@ class RiccatiSweep {
     noise_ = B * kernel::transposed(B);
   }
 
-  /// From the nominal into the other trajectory, which becomes the nominal. `filtered` and P of node 0 are
-  /// where the filter begins.
+  /// From the nominal into the other trajectory, which becomes the nominal. `filtered`, P of node 0: given.
   [[nodiscard]] Status sweep(SweptReport<Scalar, n>& report) {
     const auto next = std::size_t(store_.next());
     Stages stages;
@@ -290,6 +291,7 @@ SweptReport<Scalar, DynamicsTraits<D>::states> sweep(TwoPoint<D, S, Scalar>& smo
   report.status = Status::not_converged;
   return report;
 }
+/// The same, without a look at each sweep.
 template <typename Rule, typename D, typename S, typename Scalar>
 SweptReport<Scalar, DynamicsTraits<D>::states> sweep(TwoPoint<D, S, Scalar>& smoother, const Rule& rule,
                                                      const SweptOptions& options = {}) {

@@ -12,6 +12,7 @@
 
 namespace jml {
 
+/// The window of a SweptLag. invalid_option: a sweep count below 1.
 struct SweptLagOptions {
   int lag = 20;    ///< intervals of the window
   int sweeps = 2;  ///< at each step
@@ -39,10 +40,13 @@ class SweptLag {
                 "Rnls or Ekf");
 
  public:
+  /// As of TwoPoint.
+  /// @{
   using Scalar = Scalar_;
   using State = typename Smoother::State;
   using Covariance = typename Smoother::Covariance;
   using Control = typename Smoother::Control;
+  /// @}
 
   /// As of TwoPoint. A bad argument does not throw: status() names it, and every verb answers it.
   SweptLag(Rule rule, D dynamics, S sensor, const Estimate<Scalar, Smoother::states>& prior,
@@ -69,12 +73,13 @@ class SweptLag {
     return advance([&] { return window_.predict(dt, control); });
   }
 
+  /// Ok, or what is wrong with the arguments of the constructor.
   [[nodiscard]] Status status() const {
     return options_.sweeps > 0 ? window_.status() : Status::invalid_option;
   }
-  [[nodiscard]] int steps() const { return window_.steps(); }  ///< intervals in the window
-  [[nodiscard]] double time() const { return window_.time(); }
-  [[nodiscard]] const State& x() const { return window_.x(); }
+  [[nodiscard]] int steps() const { return window_.steps(); }   ///< intervals in the window
+  [[nodiscard]] double time() const { return window_.time(); }  ///< s, of x()
+  [[nodiscard]] const State& x() const { return window_.x(); }  ///< of the present
   /// Smoothed, so many steps ago: 0 … steps().
   [[nodiscard]] const State& x(int ago) const { return window_.x(steps() - ago); }
   /// P of (19) at x(): of a nonsymmetric rule not symmetric, no covariance.

@@ -27,6 +27,8 @@ class TwoPoint {
   static_assert(detail::require_continuous<D>() && detail::require_flat<D>() && detail::require_sensor<S>());
 
  public:
+  /// Sizes and types of the model; Record: insides.
+  /// @{
   using Scalar = Scalar_;
   static constexpr int states = DynamicsTraits<D>::states, disturbances = DynamicsTraits<D>::disturbances,
                        controls = DynamicsTraits<D>::controls, measurements = SensorTraits<S>::measurements;
@@ -35,6 +37,7 @@ class TwoPoint {
   using Control = Vector<Scalar, controls>;
   using Record = detail::TwoPointRecord<D, S, Scalar>;
   using At = typename Record::At;
+  /// @}
   static_assert(detail::measures_always<S, State, At>(),
                 "jml: the two-point smoother is of a sensor with a noise_spectral_density(); one that gives "
                 "samples goes with jml::discretize into jml::Batch");
@@ -90,11 +93,13 @@ class TwoPoint {
     return report;
   }
 
+  /// Ok, or what is wrong with the arguments of the constructor.
   [[nodiscard]] Status status() const { return record_.status(); }
-  [[nodiscard]] int steps() const { return record_.last(); }  ///< nodes 0 … steps()
-  [[nodiscard]] double time() const { return record_.time_of(steps()); }
+  [[nodiscard]] int steps() const { return record_.last(); }                   ///< nodes 0 … steps()
+  [[nodiscard]] double time() const { return record_.time_of(steps()); }       ///< s, of the last node
   [[nodiscard]] double time(int node) const { return record_.time_of(node); }  ///< s
-  [[nodiscard]] const State& x() const { return x(steps()); }
+  [[nodiscard]] const State& x() const { return x(steps()); }                  ///< of the last node
+  /// 0 … steps().
   [[nodiscard]] const State& x(int node) const { return record_.node(node).x[std::size_t(record_.now())]; }
   /// λ of (12); zero at the last node.
   [[nodiscard]] const State& costate(int node) const { return record_.node(node).costate; }
@@ -119,8 +124,11 @@ class TwoPoint {
     return out;
   }
 
+  /// For other solvers of the same problem.
+  /// @{
   [[nodiscard]] Record& recording() { return record_; }
   [[nodiscard]] const Record& recording() const { return record_; }
+  /// @}
   /// Sets the states where solve() begins; for other solvers of the same problem.
   void begin() {
     if (start == Start::given) return;

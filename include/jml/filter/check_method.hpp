@@ -16,8 +16,9 @@ struct [[nodiscard]] MethodCheck {
   const char* what = nullptr;  ///< the first fault, in words; null where there is none
   int at = 0;                  ///< the measurement where it showed, from 0; else how many there were
 
-  [[nodiscard]] bool ok() const { return what == nullptr; }
-  [[nodiscard]] explicit operator bool() const { return ok(); }
+  [[nodiscard]] bool ok() const { return what == nullptr; }      ///< nothing was found
+  [[nodiscard]] explicit operator bool() const { return ok(); }  ///< as ok()
+  /// The first expectation that is not met is kept.
   void expect(bool good, const char* otherwise) {
     if (ok() && !good) what = otherwise;
   }

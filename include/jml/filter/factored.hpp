@@ -33,6 +33,8 @@ struct Factored {
       Rule_::symmetric,
       "jml: a factored form belongs to the symmetric rules Kalman, Ekf and Sddre: P of another rule "
       "is no covariance and has no factors U D Uᵀ");
+  /// What filter/method.hpp asks of a method.
+  /// @{
   using Rule = Rule_;
   static constexpr bool symmetric = true, optimal_on_linear = true;
   template <typename Scalar, int n>
@@ -45,9 +47,9 @@ struct Factored {
   using Report = FactoredReport<Scalar, states_of<D>, measurements_of<S>>;
 
   constexpr Factored() = default;
-  constexpr explicit Factored(const Rule& of) : rule(of) {}
+  constexpr explicit Factored(const Rule& of) : rule(of) {}  ///< the plain form
 
-  [[no_unique_address]] Rule rule;
+  [[no_unique_address]] Rule rule;  ///< the plain form
 
   template <typename D>
   static consteval bool accepts() {
@@ -149,6 +151,7 @@ struct Factored {
     }
     detail::factored_in_two<true>(rule, model, prior, sample.at, sample, end, next, report);
   }
+  /// @}
 
  private:
   /// In the digits of Scalar, `next` being `predicted`; false where they do not suffice.

@@ -18,16 +18,18 @@ namespace jml {
 /// for the others, with an infinite variance on the diagonal of a state of which nothing is known.
 template <typename Scalar_, int n>
 struct FactoredEstimate {
-  using Scalar = Scalar_;
-  static constexpr int states = n;
-  Vector<Scalar, n> x;
-  Matrix<Scalar, n, n> U;
-  Vector<Scalar, n> D;
+  using Scalar = Scalar_;           ///< of x, U and D
+  static constexpr int states = n;  ///< numbers of x, n
+  Vector<Scalar, n> x;              ///< n
+  Matrix<Scalar, n, n> U;           ///< n×n, unit upper triangular
+  Vector<Scalar, n> D;              ///< variances, n, ≥ 0
 
+  /// x, n; U, n×n; D, n. A factored filter refuses others (invalid_state, invalid_covariance) when it starts.
   FactoredEstimate(const Argument<Scalar, n>& state, const Argument<Scalar, n, n>& factor,
                    const Argument<Scalar, n>& variances)
       : x(state), U(factor), D(variances) {}
 };
+/// Types from the arguments.
 template <typename X, typename F, typename V>
 FactoredEstimate(const Eigen::MatrixBase<X>&, const Eigen::MatrixBase<F>&, const Eigen::MatrixBase<V>&)
     -> FactoredEstimate<typename X::Scalar, X::RowsAtCompileTime>;
@@ -36,17 +38,19 @@ FactoredEstimate(const Eigen::MatrixBase<X>&, const Eigen::MatrixBase<F>&, const
 /// j.
 template <typename Scalar_, int n>
 struct FactoredBelief : UdFactors<Scalar_, n> {
-  using Scalar = Scalar_;
-  static constexpr int states = n;
+  using Scalar = Scalar_;           ///< of x, U and D
+  static constexpr int states = n;  ///< numbers of x, n
 
-  Vector<Scalar, n> x = kernel::zeros<Vector<Scalar, n>>();
-  Vector<Scalar, n> variances = x;  ///< P_ii; infinite where nothing is known of x_i
-  bool extended = false;            ///< U_low and D_low hold digits; else they are not to be read
-  Scalar magnification = 0;         ///< of the rounding of the steps in twice the digits that led here
-  Vector<Scalar, n> x_low = kernel::zeros<Vector<Scalar, n>>(), D_low = x_low;
-  Matrix<Scalar, n, n> U_low = kernel::zeros<Matrix<Scalar, n, n>>();
+  Vector<Scalar, n> x = kernel::zeros<Vector<Scalar, n>>();  ///< n
+  Vector<Scalar, n> variances = x;                           ///< P_ii; infinite where nothing is known of x_i
+  bool extended = false;     ///< U_low and D_low hold digits; else they are not to be read
+  Scalar magnification = 0;  ///< of the rounding of the steps in twice the digits that led here
+  Vector<Scalar, n> x_low = kernel::zeros<Vector<Scalar, n>>();        ///< what x lacks, where `extended`
+  Vector<Scalar, n> D_low = x_low;                                     ///< what D lacks
+  Matrix<Scalar, n, n> U_low = kernel::zeros<Matrix<Scalar, n, n>>();  ///< what U lacks, where `extended`
 
   FactoredBelief() = default;
+  /// What is to be written before it is read is not set.
   explicit FactoredBelief(Scratch) : x_low(), D_low(), U_low() {}
 
   /// *this = next.
@@ -109,7 +113,8 @@ template <typename Scalar, typename D>
 struct NoiseFactors {
   using Root = NoiseRoot<Scalar, D>;
   static constexpr int n = Root::n, q = Root::q;
-  static constexpr bool triangular = q >= n, constant = ProcessNoise<Scalar, D>::constant;
+  static constexpr bool triangular = q >= n;
+  static constexpr bool constant = ProcessNoise<Scalar, D>::constant;
   static constexpr int columns = triangular ? n : q;
 
   Matrix<Scalar, n, columns> B = kernel::zeros<Matrix<Scalar, n, columns>>();

@@ -18,6 +18,7 @@ struct FactoredReport : StepReport<Scalar, n, p> {
 
   /// As Report::nis(); `degrees` do not count rows that were redundant or resolved a direction.
   [[nodiscard]] Scalar nis() const { return rows.nis(); }
+  /// As Report::log_likelihood(), of the rows that count in nis().
   [[nodiscard]] Scalar log_likelihood() const {
     Scalar sum = nis() + Scalar(this->degrees) * Scalar(1.8378770664093453);
     for (int i = 0; i < p; ++i) {

@@ -27,7 +27,9 @@ concept NoStart = !std::is_convertible_v<const B&, double> && !is_list_of_sensor
 ///
 /// M: a rule of Table 1 (Kalman, Ekf, Sddre, Jml), Iekf, IteratedJml, FixedLag, Continuous, Algebraic,
 /// Linearised, Guaranteed, or a method of your own (filter/method.hpp). Every refusal leaves belief and time
-/// as they were. Fixed size, no heap (but a recorder's constructor and CVODE's), no exceptions; objects are
+/// as they were. Refused by every filter here: invalid_time_step, invalid_control, invalid_measurement,
+/// dynamics_not_finite, sensor_not_finite, and a Q, R or bound that is none, by its name; what else, the
+/// method says. Fixed size, no heap (but a recorder's constructor and CVODE's), no exceptions; objects are
 /// independent.
 template <typename M, typename D, typename Scalar = double>
 class Filter {
@@ -37,17 +39,17 @@ class Filter {
   using Method = typename Core::Method;
 
  public:
-  using Belief = typename Core::Belief;
-  static constexpr int states = DynamicsTraits<D>::states;
-  static constexpr int degrees = degrees_of<D>;  ///< of freedom: `states`, but for states in a space
-  using State = Vector<Scalar, states>;
-  using Covariance = Matrix<Scalar, degrees, degrees>;
-  using Control = typename Core::Control;
-  using At = typename Core::At;
+  using Belief = typename Core::Belief;  ///< of the method: what moves from sample to sample
+  static constexpr int states = DynamicsTraits<D>::states;  ///< numbers of x, n
+  static constexpr int degrees = degrees_of<D>;         ///< of freedom: `states`, but for states in a space
+  using State = Vector<Scalar, states>;                 ///< a state, n
+  using Covariance = Matrix<Scalar, degrees, degrees>;  ///< of the errors of x
+  using Control = typename Core::Control;               ///< u, as the dynamics say; of size 0: none
+  using At = typename Core::At;                         ///< time, dt and control, as a model is given them
   template <typename S>
-  using Report = typename Core::template Report<S>;
+  using Report = typename Core::template Report<S>;  ///< of a measurement by S
   template <typename S>
-  using Measurement = typename Core::template Measurement<S>;
+  using Measurement = typename Core::template Measurement<S>;  ///< of S: a Vector of p, a number where p = 1
 
   /// `start`: what the method makes its belief of: an Estimate{x, P}, a Box, a state (its docstring says what
   /// is refused). `time`: s, of `start`. A bad one does not throw: status() names it, and every verb answers
@@ -72,7 +74,7 @@ class Filter {
         "jml: a filter is made as Filter{method, dynamics, start}, with jml::sensors<…> before the "
         "start where the method remembers; a start is jml::Estimate{x, P} or jml::Box{lower, upper}");
   }
-  /// A method with a memory for measurements: `list` is jml::sensors<…>, the types of all sensors.
+  /// A method with a memory for measurements: `list` is `jml::sensors<…>`, the types of all sensors.
   template <typename Bare, typename... S, typename Start>
     requires std::is_same_v<typename Bare::template With<Sensors<S...>>, M>
   Filter(const Bare& method, D dynamics, Sensors<S...>, const Start& start, double time = 0)
@@ -189,8 +191,9 @@ class Filter {
   }
 
   [[nodiscard]] Status status() const { return core_.status; }  ///< of the start and the model's constants
-  [[nodiscard]] double time() const { return core_.clock.time(); }  ///< s
-  [[nodiscard]] const Belief& belief() const { return core_.belief; }
+  [[nodiscard]] double time() const { return core_.clock.time(); }     ///< s
+  [[nodiscard]] const Belief& belief() const { return core_.belief; }  ///< of the present
+  /// As they were given, or retuned.
   [[nodiscard]] const D& dynamics() const {
     if constexpr (Core::rolls_back)
       return core_.belief.dynamics();
@@ -199,6 +202,7 @@ class Filter {
     else
       return core_.model.dynamics;
   }
+  /// A rule of Table 1, or another method.
   [[nodiscard]] const Method& method() const { return core_.method; }
   [[nodiscard]] Method& method() { return core_.method; }  ///< for its options
 
@@ -218,6 +222,7 @@ class Filter {
     else
       return (core_.belief.P);
   }
+  /// x() and P().
   [[nodiscard]] decltype(auto) estimate() const
     requires detail::HasRiccati<Belief>
   {
@@ -226,28 +231,31 @@ class Filter {
     else
       return Estimate<Scalar, states, degrees>{x(), P()};
   }
-  // Of a method that remembers: `age` steps ago, 0 … depth().
+  /// Of a method that remembers: the state `age` steps ago, 0 … depth().
   [[nodiscard]] decltype(auto) x(int age) const
     requires detail::HasAges<Belief>
   {
     return core_.belief.x(age);
   }
+  /// Likewise, its covariance.
   [[nodiscard]] Covariance P(int age) const
     requires detail::HasAges<Belief>
   {
     return core_.belief.P(age);
   }
+  /// Likewise, its time, s.
   [[nodiscard]] double time(int age) const
     requires detail::HasAges<Belief>
   {
     return core_.belief.time(age);
   }
+  /// Of a method that remembers: how many steps back its memory goes now.
   [[nodiscard]] int depth() const
     requires detail::HasAges<Belief>
   {
     return core_.belief.depth();
   }
-  // Of a method that carries a box.
+  /// Of a method that carries a box: the states that are possible.
   [[nodiscard]] decltype(auto) box() const
     requires requires(const Belief& b) { b.box; }
   {
@@ -255,7 +263,7 @@ class Filter {
   }
 
  protected:
-  Belief& mutable_belief() { return core_.belief; }
+  Belief& mutable_belief() { return core_.belief; }  ///< for what is built upon a filter
 
  private:
   friend struct PartsOf<Filter>;
@@ -268,6 +276,8 @@ struct PartsOf<Filter<M, D, Scalar>> {
   static auto each(auto& filter, auto&& f) { return f(filter.gate, filter.core_); }
 };
 
+/// Types from the arguments.
+/// @{
 template <typename M, typename D, typename Start>
 Filter(M, D, const Start&, double = 0) -> Filter<M, D, detail::ScalarOf<Start>>;
 template <typename M, typename D, typename A, typename B>
@@ -278,5 +288,6 @@ Filter(M, D) -> Filter<M, D, double>;
 template <typename M, typename D, typename... S, typename Start>
 Filter(M, D, Sensors<S...>, const Start&, double = 0)
     -> Filter<typename M::template With<Sensors<S...>>, D, detail::ScalarOf<Start>>;
+/// @}
 
 }  // namespace jml

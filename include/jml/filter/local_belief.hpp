@@ -12,11 +12,13 @@ namespace jml {
 /// x: a state of D. local: a belief about the error, in the tangent at x; its x is zero.
 template <typename Scalar_, typename D, typename Local>
 struct LocalBelief {
-  using Scalar = Scalar_;
+  using Scalar = Scalar_;                       ///< of x
   static constexpr int states = Local::states;  ///< degrees of freedom
+  /// A state of the space, `states_of` numbers.
   Vector<Scalar, states_of<D>> x = SpaceOf<D>::template origin<Scalar>();
-  Local local{};
+  Local local{};  ///< about x, in its tangent
 
+  /// Of errors in the tangent at x, degrees×degrees.
   [[nodiscard]] decltype(auto) P() const
     requires(
         requires(const Local& l) { l.P(); } || requires(const Local& l) { l.P; })
@@ -26,7 +28,7 @@ struct LocalBelief {
     else
       return (local.P);
   }
-  auto each_part(auto&& f) { return f(x, local); }
+  auto each_part(auto&& f) { return f(x, local); }  ///< for saving, image/parts.hpp
 };
 
 namespace detail {

@@ -63,30 +63,34 @@ namespace jml {
 /// The method behind a short spelling, such as a rule of Table 1; by default the type itself.
 template <typename M>
 struct MethodOf {
-  using type = M;
+  using type = M;  ///< where nobody says otherwise
 };
 
 /// A measurement on its way into a belief. Y: a Vector of p; of a continuous method perhaps a Signal.
 template <typename S, typename Y, typename At>
 struct Sample {
-  static constexpr int measurements = SensorTraits<S>::measurements;
-  const S& sensor;
-  const Y& y;
-  const At& at;  ///< of the sample; in a joint step, of the step
-  const Gate& gate;
+  static constexpr int measurements = SensorTraits<S>::measurements;  ///< p
+  const S& sensor;                                                    ///< that measured
+  const Y& y;                                                         ///< p numbers, units of the sensor
+  const At& at;      ///< of the sample; in a joint step, of the step
+  const Gate& gate;  ///< that the report is to be judged by
 };
+/// Types from the arguments.
+/// @{
 template <typename S, typename Y, typename At>
 Sample(const S&, const Y&, const At&, const Gate&) -> Sample<S, Y, At>;
 template <typename S, typename Scalar, int p, typename At>
 Sample(const S&, const Argument<Scalar, p>&, const At&, const Gate&) -> Sample<S, Vector<Scalar, p>, At>;
+/// @}
 
 /// Dynamics, and G Q Gᵀ, which is formed and checked once where it is a constant.
 template <typename Scalar, typename D>
 struct NoisyDynamics {
+  /// A copy of the dynamics; status() says whether Q and G are good.
   explicit NoisyDynamics(const D& model) : dynamics(model), noise(model) {}
 
-  [[no_unique_address]] D dynamics;
-  ProcessNoise<Scalar, D> noise;
+  [[no_unique_address]] D dynamics;  ///< of the user
+  ProcessNoise<Scalar, D> noise;     ///< G Q Gᵀ
 
   /// invalid_disturbance_covariance where a constant Q or G is none.
   [[nodiscard]] Status status() const {
@@ -97,8 +101,8 @@ struct NoisyDynamics {
 /// Dynamics alone, for a method that reads no Q.
 template <typename D>
 struct PlainDynamics {
-  explicit PlainDynamics(const D& model) : dynamics(model) {}
-  [[no_unique_address]] D dynamics;
+  explicit PlainDynamics(const D& model) : dynamics(model) {}  ///< a copy of the dynamics
+  [[no_unique_address]] D dynamics;                            ///< of the user
 };
 
 namespace detail {
@@ -236,10 +240,13 @@ struct MethodFor<M, D> {
 
 }  // namespace detail
 
+/// What the verbs of M see of the dynamics D.
 template <typename M, typename D, typename Scalar = double>
 using ModelOf = typename detail::ModelOf<typename detail::MethodFor<M, D>::type, Scalar, D>::type;
+/// What M carries from sample to sample.
 template <typename M, typename D, typename Scalar = double>
 using BeliefOf = typename detail::MethodFor<M, D>::type::template Belief<Scalar, D>;
+/// What M reports of a measurement by S.
 template <typename M, typename D, typename S, typename Scalar = double>
 using ReportOf = typename detail::ReportOf<typename detail::MethodFor<M, D>::type, Scalar, D, S>::type;
 

@@ -174,10 +174,10 @@ void one_pass_step(const Rule& rule, const Model& model, const Belief& prior, co
 
 /// The method of a one-pass rule: Kalman, Ekf, Sddre, Jml, or one of your own.
 ///
-/// predict: x̄ = f(x̂) + G w̄, N = A P Bᵀ + G Q Gᵀ. Refuses a prior or a model that is not finite, a varying Q
-/// that is no covariance.
-/// correct: x⁺ = x̄ + K (y - m(x̄)), P⁺ = N - K E N. Refuses y, R, gate or a sensor model that is not valid, a
-/// singular S.
+/// predict: x̄ = f(x̂) + G w̄, N = A P Bᵀ + G Q Gᵀ. Refused: invalid_state and invalid_covariance (a prior that
+/// is not finite), dynamics_not_finite, invalid_disturbance_covariance (of a varying Q or G).
+/// correct: x⁺ = x̄ + K (y - m(x̄)), P⁺ = N - K E N. Refused: invalid_measurement, invalid_noise_covariance,
+/// invalid_option (of the gate), sensor_not_finite, singular_innovation, innovation_indefinite.
 ///
 /// Of a symmetric rule a step whose digits do not suffice is done over again in twice as many (redone), and
 /// the belief keeps them while it needs them. Of a linear model P is right to 1e-3 in every direction, and x
@@ -187,6 +187,8 @@ void one_pass_step(const Rule& rule, const Model& model, const Belief& prior, co
 /// entry is lost even so. That the prior P is a covariance is trusted; start() asks it once.
 template <OnePassRule Rule_>
 struct OnePass : Rule_ {
+  /// What filter/method.hpp asks of a method.
+  /// @{
   using Rule = Rule_;
   static constexpr bool optimal_on_linear = true;
   template <typename Scalar, int n>
@@ -196,6 +198,7 @@ struct OnePass : Rule_ {
                                     Estimate<Scalar, states_of<D>>>;
 
   constexpr OnePass() = default;
+  /// A rule stands for its method.
   constexpr OnePass(const Rule& rule) : Rule(rule) {}  // NOLINT(google-explicit-constructor): the same thing
 
   template <typename D>
@@ -243,6 +246,7 @@ struct OnePass : Rule_ {
              Report& report) const {
     detail::one_pass_again(rule(), model, prior, sample, next, report);
   }
+  /// @}
 
  private:
   JML_INLINE const Rule& rule() const { return *this; }

@@ -15,17 +15,18 @@ namespace jml {
 /// A correction, with the report of its method.
 template <typename Scalar, int n, int p, typename Report = StepReport<Scalar, n, p>>
 struct StepResult {
-  Estimate<Scalar, n> estimate;
-  Report report;
+  Estimate<Scalar, n> estimate;  ///< the corrected one; the prior on refusal
+  Report report;                 ///< status, innovation, gain, gate
 };
+/// What correct() and step() answer.
 template <typename M, typename Scalar, int n, typename S>
 using StepResultOf = StepResult<Scalar, n, measurements_of<S>, ReportOf<M, OfStates<n>, S, Scalar>>;
 
 /// A prediction.
 template <typename Scalar, int n>
 struct PredictResult {
-  Estimate<Scalar, n> estimate;
-  Status status = Status::ok;
+  Estimate<Scalar, n> estimate;  ///< the predicted one; the prior on refusal
+  Status status = Status::ok;    ///< ok, or what was refused
 };
 
 /// Propagates an estimate over at.dt.

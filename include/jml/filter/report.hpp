@@ -23,9 +23,9 @@ enum class Verdict : std::uint8_t {
 /// One measurement of p components, used, rejected or refused.
 template <typename Scalar, int p>
 struct Report {
-  Status status = Status::ok;
-  Verdict gate = Verdict::off;
-  std::int16_t degrees = p;  ///< components of y that were measured, see jml::only()
+  Status status = Status::ok;   ///< what may be used, or why not
+  Verdict gate = Verdict::off;  ///< off where no gate was asked for
+  std::int16_t degrees = p;     ///< components of y that were measured, see jml::only()
   Vector<Scalar, p> innovation = kernel::zeros<Vector<Scalar, p>>();  ///< y - m(prediction), units of y
   /// S = R + E N Dᵀ of the correction (an iterated rule: the EKF's, at the prediction). Zero where a method
   /// has none.

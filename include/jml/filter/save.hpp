@@ -32,10 +32,12 @@ template <typename... Object>
 [[nodiscard]] consteval std::size_t saved_size() {
   return detail::frame_bytes + detail::layout_of_all<std::remove_cvref_t<Object>...>().bytes;
 }
+/// The same, of objects at hand.
 template <typename... Object>
 [[nodiscard]] consteval std::size_t saved_size(const Object&...) {
   return saved_size<Object...>();
 }
+/// A place for an image of such objects.
 template <typename... Object>
 using ImageOf = std::array<std::byte, saved_size<Object...>()>;
 

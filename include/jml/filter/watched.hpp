@@ -14,25 +14,30 @@ namespace jml {
 /// twice as many digits.
 template <typename Scalar, int n>
 struct WatchedEstimate : Estimate<Scalar, n> {
-  bool extended = false;  ///< x_low and P_low hold digits; else they are not to be read
-  bool exact = false;     ///< x, with x_low, has never been rounded to Scalar
-  bool fine = false;      ///< a measurement has asked for more digits of x: they are kept from then on
-  Scalar spread = 0;      ///< of an iterated rule: largest variance over its pivot, ≥ 1; 0: not known yet
-  Vector<Scalar, n> x_low;
-  Matrix<Scalar, n, n> P_low;
+  bool extended = false;    ///< x_low and P_low hold digits; else they are not to be read
+  bool exact = false;       ///< x, with x_low, has never been rounded to Scalar
+  bool fine = false;        ///< a measurement has asked for more digits of x: they are kept from then on
+  Scalar spread = 0;        ///< of an iterated rule: largest variance over its pivot, ≥ 1; 0: not known yet
+  Vector<Scalar, n> x_low;  ///< what x lacks, where `extended`
+  Matrix<Scalar, n, n> P_low;  ///< what P lacks, where `extended`
 
   WatchedEstimate()
       : x_low(kernel::zeros<Vector<Scalar, n>>()), P_low(kernel::zeros<Matrix<Scalar, n, n>>()) {}
+  /// What is to be written before it is read is not set.
   explicit WatchedEstimate(Scratch scratch) : Estimate<Scalar, n>(scratch) {}
+  /// x and P, without digits beyond them.
   explicit WatchedEstimate(const Estimate<Scalar, n>& estimate) : WatchedEstimate() {
     kernel::assign(this->x, estimate.x);
     kernel::assign(this->P, estimate.P);
   }
+  /// Part by part, by take().
+  /// @{
   WatchedEstimate(const WatchedEstimate& other) : WatchedEstimate() { take(other); }
   WatchedEstimate& operator=(const WatchedEstimate& other) {
     take(other);
     return *this;
   }
+  /// @}
 
   /// *this = next, part by part: what was just stored in pieces is slow to load back as a whole.
   JML_INLINE void take(const WatchedEstimate& next) {

@@ -17,7 +17,7 @@ struct NoTime {};
 
 /// s, on the filter's clock. Made by at_time().
 struct AtTime {
-  double time;
+  double time;  ///< s
 };
 /// `filter.step(gnss, y, jml::at_time(t))`: step to t; `filter.update(gnss, y, jml::at_time(t))`: y was taken
 /// at t.
@@ -25,7 +25,7 @@ struct AtTime {
 
 /// Steps back from the present. Made by age().
 struct Age {
-  int steps;
+  int steps;  ///< back from the present; negative: invalid_option
 };
 /// `filter.update(radar, y, jml::age(7))`: y was taken seven steps ago.
 [[nodiscard]] constexpr Age age(int steps) { return {steps}; }
@@ -39,12 +39,13 @@ concept Signal = requires(const Y& y) {
 
 /// When a measurement was taken, as a method with a memory is asked (its correct_late).
 struct Lateness {
-  Status status = Status::ok;
-  int steps = 0;    ///< age, where that was given
-  double time = 0;  ///< s, where that was given
-  bool timed = false, aged = false;
-  Gate gate;  ///< of the measurement
-  [[nodiscard]] bool now() const { return !timed && !aged; }
+  Status status = Status::ok;                                 ///< ok, or why there is no such time
+  int steps = 0;                                              ///< age, where that was given
+  double time = 0;                                            ///< s, where that was given
+  bool timed = false;                                         ///< by at_time()
+  bool aged = false;                                          ///< by age()
+  Gate gate;                                                  ///< of the measurement
+  [[nodiscard]] bool now() const { return !timed && !aged; }  ///< of the present
 };
 
 namespace detail {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <jml/attributes.hpp>
 #include <optional>
 #include <type_traits>
 #include <utility>
@@ -21,7 +22,7 @@ struct AnyMember {
   template <typename T>
     requires(!is_optional<T>)  // which takes it as it is
   operator T() const {         // NOLINT(google-explicit-constructor)
-    __builtin_unreachable();
+    JML_UNREACHABLE;
   }
 };
 /// Converts to a base of T alone.

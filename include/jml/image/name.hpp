@@ -11,10 +11,17 @@ namespace jml::detail {
 /// As the compiler spells T.
 template <typename T>
 consteval std::string_view spelling() {
+#if defined(_MSC_VER) && !defined(__clang__)
+  std::string_view all = __FUNCSIG__;  // "… jml::detail::spelling<struct a::B<c,d> >(void)"
+  all = all.substr(all.find("spelling<") + 9);
+  all = all.substr(0, all.rfind(">(void)"));
+  return all.back() == ' ' ? all.substr(0, all.size() - 1) : all;
+#else
   const std::string_view all = __PRETTY_FUNCTION__;  // "… [with T = a::B<c, d>; …" or "… [T = a::B<c, d>]"
   const std::string_view rest = all.substr(all.find("T = ") + 4);
   const std::size_t aliases = rest.find("; std::string_view = ");
   return rest.substr(0, aliases < rest.size() ? aliases : rest.size() - 1);
+#endif
 }
 /// The last word of a spelling.
 [[nodiscard]] consteval std::uint64_t last_word(std::string_view text) {

@@ -28,15 +28,17 @@ struct PartsOf {};
 /// Of a T that adds nothing to its base.
 template <typename T, typename Base>
 struct PartsOfBase {
-  static auto each(T& value, auto&& f) { return f(static_cast<Base&>(value)); }
+  static auto each(T& value, auto&& f) { return f(static_cast<Base&>(value)); }  ///< the base's parts
 };
 
 /// An integer that may be low … high alone, as an index: whatever else an image says is refused.
 template <std::integral Integer>
 struct RangedPart {
-  Integer& value;
-  Integer low, high;
+  Integer& value;  ///< to be saved and restored
+  Integer low;     ///< least
+  Integer high;    ///< greatest
 };
+/// `value`, restored only from low … high: else damaged_image.
 template <std::integral Integer>
 [[nodiscard]] constexpr RangedPart<Integer> in_range(Integer& value, std::type_identity_t<Integer> low,
                                                      std::type_identity_t<Integer> high) {
@@ -47,9 +49,10 @@ template <std::integral Integer>
 /// saved as zeros, and restoring leaves it alone.
 template <typename There, typename Part>
 struct PartIf {
-  There there;
-  Part part;
+  There there;  ///< asked before the part
+  Part part;    ///< saved and restored where it counts
 };
+/// `part`, where there() is true.
 template <std::predicate There, typename Part>
 [[nodiscard]] constexpr PartIf<There, Part> part_if(There there, Part&& part) {
   return {there, std::forward<Part>(part)};
@@ -64,8 +67,9 @@ template <typename Part>
 /// be.
 template <int count, typename Get>
 struct PartSeries {
-  Get get;
+  Get get;  ///< by number
 };
+/// The parts get(0) … get(count - 1).
 template <int count, std::invocable<int> Get>
 [[nodiscard]] constexpr PartSeries<count, Get> part_series(Get get) {
   return {get};

@@ -17,6 +17,8 @@ namespace jml {
 /// The method of Batch: each step adds a node, each measurement a record, and nothing is computed.
 template <typename List>
 struct Recorder {
+  /// What filter/method.hpp asks of a method.
+  /// @{
   static constexpr bool rolls_back = true;
   template <typename Scalar, int n>
   using RunsOn = Dual<Scalar, n>;
@@ -30,8 +32,9 @@ struct Recorder {
   template <typename Sensors>
   using With = Recorder<Sensors>;
 
-  Capacity capacity;
+  Capacity capacity;  ///< nodes, made room for at the start
 
+  /// Room for that many steps.
   Recorder(const Capacity& room) : capacity(room) {}  // NOLINT(google-explicit-constructor): the same thing
   template <typename Other>
   explicit Recorder(const Recorder<Other>& other) : capacity(other.capacity) {}
@@ -72,6 +75,7 @@ struct Recorder {
       if (report.status == Status::ok) report.status = recording.append(sensor, sample.y, end);
     });
   }
+  /// @}
 
  private:
   template <typename S, typename Use>
@@ -89,10 +93,11 @@ struct Recorder {
 ///     for (double y : flight) (void)batch.step(SaturatingPosition{}, y);
 ///     const auto report = batch.solve();  // batch.x(k), batch.w(k), batch.P(k)
 ///
-/// List: jml::sensors<…>, the types of all sensors. Node 0 is the time of the prior; each step() or predict()
-/// adds one; update() is of the present node, before any step of x_0. P_0 and G Q Gᵀ may be singular. The
-/// heap is used by the constructor only; a verb that finds no room answers memory_full. State-dependent G, Q
-/// and R are frozen at the trajectory, until it agrees with them; J has no log-determinant term.
+/// List: `jml::sensors<…>`, the types of all sensors. Node 0 is the time of the prior; each step() or
+/// predict() adds one; update() is of the present node, before any step of x_0. P_0 and G Q Gᵀ may be
+/// singular. The heap is used by the constructor only; a verb that finds no room answers memory_full.
+/// State-dependent G, Q and R are frozen at the trajectory, until it agrees with them; J has no
+/// log-determinant term.
 template <typename D, typename List, typename Scalar_ = double>
 class Batch : public Filter<Recorder<List>, D, Scalar_> {
   using Base = Filter<Recorder<List>, D, Scalar_>;
@@ -100,11 +105,15 @@ class Batch : public Filter<Recorder<List>, D, Scalar_> {
   static constexpr bool in_charts = requires(Belief& b) { b.inside(); };
 
  public:
-  using Scalar = Scalar_;
-  static constexpr int states = DynamicsTraits<D>::states, degrees = degrees_of<D>;
-  static constexpr int disturbances = DynamicsTraits<D>::disturbances;
+  using Scalar = Scalar_;                                               ///< of the estimate
+  static constexpr int states = DynamicsTraits<D>::states;              ///< numbers of x
+  static constexpr int degrees = degrees_of<D>;                         ///< of freedom
+  static constexpr int disturbances = DynamicsTraits<D>::disturbances;  ///< entries of w
+  /// As of Filter.
+  /// @{
   using typename Base::Covariance;
   using typename Base::State;
+  /// @}
 
   /// `prior`: x̂_0 and P_0, symmetric positive semidefinite. `time`: s, of x_0. A bad one does not throw:
   /// status() names it, and every verb and solve() answer it.
@@ -119,8 +128,8 @@ class Batch : public Filter<Recorder<List>, D, Scalar_> {
   /// Where to begin at the present node, for Start::given: a state.
   void guess(const Argument<Scalar, states>& x) { detail::set_point(store(), store().last(), x); }
 
-  BatchOptions options;
-  Start start = Start::filter;
+  BatchOptions options;         ///< as of solve()
+  Start start = Start::filter;  ///< where solve() begins
 
   /// Minimises J. May be called again after more measurements. not_converged: the states are the best
   /// trajectory found; another refusal: they are no answer.
@@ -131,6 +140,7 @@ class Batch : public Filter<Recorder<List>, D, Scalar_> {
   [[nodiscard]] int steps() const { return store().last(); }  ///< nodes 0 … steps()
   using Base::time;
   using Base::x;
+  /// The state at a node, 0 … steps(): of the trajectory of least J after solve().
   [[nodiscard]] decltype(auto) x(int node) const {
     if constexpr (in_charts)
       return detail::point_of(store(), node);
@@ -252,10 +262,13 @@ class Batch : public Filter<Recorder<List>, D, Scalar_> {
   using Store = std::remove_cvref_t<decltype(inside(std::declval<Belief&>()))>;
 };
 
+/// Types from the arguments.
+/// @{
 template <typename D, typename Scalar, int n, int m>  // refused in words
 Batch(D, const Estimate<Scalar, n, m>&, Capacity, double = 0) -> Batch<D, void, Scalar>;
 template <typename D, typename... S, typename Scalar, int n, int m>
 Batch(D, Sensors<S...>, const Estimate<Scalar, n, m>&, Capacity, double = 0)
     -> Batch<D, Sensors<S...>, Scalar>;
+/// @}
 
 }  // namespace jml

@@ -137,6 +137,7 @@ template <typename Method, typename Box>
 struct Bounded {
   static_assert(!sizeof(Method*), "jml: Bounded{…} takes a FixedLag; for a batch there is BoundedBatch");
 };
+/// Types from the arguments.
 template <typename Method, typename Box>
 Bounded(Method, Box) -> Bounded<Method, Box>;
 
@@ -148,6 +149,8 @@ Bounded(Method, Box) -> Bounded<Method, Box>;
 /// window is within them; the filter is as before.
 template <int length, int measurements, typename List, typename Box>
 struct Bounded<FixedLag<length, measurements, List>, Box> : FixedLag<length, measurements, List> {
+  /// What filter/method.hpp asks of a method.
+  /// @{
   using Base = FixedLag<length, measurements, List>;
   static constexpr bool optimal_on_linear = false;
   template <typename Sensors>
@@ -155,7 +158,7 @@ struct Bounded<FixedLag<length, measurements, List>, Box> : FixedLag<length, mea
   template <typename Scalar, typename D>
   using Belief = detail::BoundedWindow<length, measurements, D, List, Scalar, Box>;
 
-  Bounded(const Base& of, const Box& by) : Base(of), bounds(by) {}
+  Bounded(const Base& of, const Box& by) : Base(of), bounds(by) {}  ///< `by`: jml::Bounds
   template <typename Other>
   explicit Bounded(const Bounded<FixedLag<length, measurements, Other>, Box>& other)
       : Base(static_cast<const FixedLag<length, measurements, Other>&>(other)),
@@ -193,6 +196,7 @@ struct Bounded<FixedLag<length, measurements, List>, Box> : FixedLag<length, mea
     report.status = with_bounds(
         window, [&] { return Base::correct_late(window, sensor, y, late, report), report.status; });
   }
+  /// @}
 
  private:
   /// The bounds of before come back with everything else where verb() refuses.

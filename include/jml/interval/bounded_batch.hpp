@@ -23,8 +23,9 @@ class BoundedBatch : public Batch<D, List, Scalar_> {
   static_assert(detail::require_bounds<Box, Scalar_, D>());
 
  public:
-  using Scalar = Scalar_;
+  using Scalar = Scalar_;  ///< of the estimate
 
+  /// As of Batch; `by`: bounds of all nodes.
   BoundedBatch(D dynamics, List list, const Estimate<Scalar, n>& prior, Capacity capacity, const Box& by,
                double time = 0)
       : Base(std::move(dynamics), list, prior, capacity, time), bounds(by) {
@@ -36,6 +37,8 @@ class BoundedBatch : public Batch<D, List, Scalar_> {
   Box bounds;      ///< of all nodes
   int most = 500;  ///< backward passes where a bound acts, in place of options.max_iterations
 
+  /// As of Batch. invalid_option: bounds that are none, or `most` below 1; memory_full: no room for their
+  /// multipliers.
   BatchReport<Scalar> solve() {
     BatchReport<Scalar> report;
     report.status = this->status();
@@ -56,13 +59,15 @@ class BoundedBatch : public Batch<D, List, Scalar_> {
     return report;
   }
 
+  /// Within the bounds, n, 0 … steps().
   [[nodiscard]] Vector<Scalar, n> x(int node) const {
     Vector<Scalar, n> out = Base::x(node);
     if (all_.empty()) return out;
     for (int i = 0; i < n; ++i) out(i) = at(node).x.held(i, out(i), bounds.lower(i), bounds.upper(i));
     return out;
   }
-  [[nodiscard]] Vector<Scalar, n> x() const { return x(this->steps()); }
+  [[nodiscard]] Vector<Scalar, n> x() const { return x(this->steps()); }  ///< of the last node
+  /// Of the step after the node, within the bounds, q.
   [[nodiscard]] Vector<Scalar, q> w(int node) const {
     Vector<Scalar, q> out = Base::w(node);
     for (int i = 0; i < bounded; ++i)
@@ -72,6 +77,7 @@ class BoundedBatch : public Batch<D, List, Scalar_> {
   /// Of the bounds of a node's state, positive at an upper one: what J would fall by, per unit that it gives
   /// way; and of the step after the node.
   [[nodiscard]] const Vector<Scalar, n>& multiplier(int node) const { return at(node).x.value; }
+  /// See multiplier().
   [[nodiscard]] const Vector<Scalar, bounded>& w_multiplier(int node) const { return at(node + 1).w.value; }
 
  private:
@@ -89,6 +95,7 @@ class BoundedBatch : public Batch<D, List, Scalar_> {
   std::vector<Multipliers> all_;
 };
 
+/// Types from the arguments.
 template <typename D, typename... S, typename Scalar, int n, int m, typename Box>
 BoundedBatch(D, Sensors<S...>, const Estimate<Scalar, n, m>&, Capacity, const Box&, double = 0)
     -> BoundedBatch<D, Sensors<S...>, Box, Scalar>;

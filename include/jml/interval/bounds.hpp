@@ -18,14 +18,15 @@ namespace jml {
 /// and without its mean w̄ (q = 0: none). Infinite where there is none, as at first; equal ones are a value.
 template <int n, int q = 0, typename Scalar_ = double>
 struct Bounds {
-  using Scalar = Scalar_;
-  static constexpr int states = n, disturbances = q;
-  static constexpr Scalar infinite = std::numeric_limits<Scalar>::infinity();
+  using Scalar = Scalar_;                                                      ///< of the bounds
+  static constexpr int states = n;                                             ///< n
+  static constexpr int disturbances = q;                                       ///< q
+  static constexpr Scalar infinite = std::numeric_limits<Scalar>::infinity();  ///< no bound
 
-  Vector<Scalar, n> lower = kernel::filled<Vector<Scalar, n>>(-infinite);
-  Vector<Scalar, n> upper = kernel::filled<Vector<Scalar, n>>(infinite);
-  Vector<Scalar, q> w_lower = kernel::filled<Vector<Scalar, q>>(-infinite);
-  Vector<Scalar, q> w_upper = kernel::filled<Vector<Scalar, q>>(infinite);
+  Vector<Scalar, n> lower = kernel::filled<Vector<Scalar, n>>(-infinite);    ///< n
+  Vector<Scalar, n> upper = kernel::filled<Vector<Scalar, n>>(infinite);     ///< n
+  Vector<Scalar, q> w_lower = kernel::filled<Vector<Scalar, q>>(-infinite);  ///< q
+  Vector<Scalar, q> w_upper = kernel::filled<Vector<Scalar, q>>(infinite);   ///< q
 
   /// No NaN, no lower bound above its upper one, and some number between them.
   [[nodiscard]] bool valid() const {

@@ -30,11 +30,12 @@ struct CeresOptions {
   double gradient_tolerance = 1e-12;
   /// Of the measurements, in place of Batch::options.loss; not owned. Batch::P() does not know it.
   ::ceres::LossFunction* loss = nullptr;
-  int max_rounds = 50;
+  int max_rounds = 50;  ///< of freezing singular terms anew; then not_converged
   /// Of singular terms: a part of the natural variance of each state. At 1e-8 two rounds do; larger takes
   /// more, smaller blurs the gradient.
   double softness = 1e-8;
 
+  /// The defaults above.
   static ::ceres::Solver::Options tight() {
     ::ceres::Solver::Options options;
     options.linear_solver_type = ::ceres::SPARSE_NORMAL_CHOLESKY;
@@ -45,6 +46,7 @@ struct CeresOptions {
     options.logging_type = ::ceres::SILENT;
     return options;
   }
+  /// Everything is in its range, for Ceres too.
   [[nodiscard]] bool valid() const {
     std::string error;
     return gradient_tolerance >= 0 && max_rounds > 0 && softness > 0 && softness < 1 &&
@@ -55,7 +57,7 @@ struct CeresOptions {
 /// status: ok, or a refusal; not_converged where Ceres says so, or a defect stays. iterations: linear systems
 /// solved. cost: Ceres' own. gradient: as of Batch::solve(). step: not known to Ceres, NaN.
 struct CeresReport : BatchReport<double> {
-  int rounds = 0;
+  int rounds = 0;  ///< made
   /// How far the answer is from a trajectory of the model: the largest |x⁺ - f(x) - G (w̄ + w)| of a component
   /// over the largest value of that component. At ok below 1e-12.
   double defect = std::numeric_limits<double>::quiet_NaN();

@@ -19,7 +19,7 @@ class Criterion {
   static constexpr int n = Traits::states, q = Traits::disturbances;
 
  public:
-  using At = StepContext<Scalar, Traits::controls>;
+  using At = StepContext<Scalar, Traits::controls>;  ///< time, dt and control of a step
 
   /// `prior`: x̂_0 and P_0; P_0 may be singular. `time`: s, of x_0.
   Criterion(D dynamics, const Estimate<Scalar, n>& prior, double time = 0)
@@ -83,12 +83,12 @@ class Criterion {
     return add(true);
   }
 
-  [[nodiscard]] Status status() const { return status_; }
+  [[nodiscard]] Status status() const { return status_; }  ///< ok, or the first refusal
   /// J so far; NaN after a refusal.
   [[nodiscard]] Scalar value() const {
     return status_ == Status::ok ? sum_ : std::numeric_limits<Scalar>::quiet_NaN();
   }
-  [[nodiscard]] const Vector<Scalar, n>& x() const { return x_; }
+  [[nodiscard]] const Vector<Scalar, n>& x() const { return x_; }  ///< the last state added
 
  private:
   static constexpr Scalar rounding = Scalar(1e4) * std::numeric_limits<Scalar>::epsilon();

@@ -18,6 +18,7 @@ struct ExcessCost {
   /// ok. not_a_trajectory: no disturbance of the model leads there (GQGᵀ or P_0 singular). Else what a
   /// minimisation answered.
   Status status = Status::ok;
+  /// The least J of trajectories that end at x, above the least of all: ≥ 0 to rounding; NaN on refusal.
   Scalar value = std::numeric_limits<Scalar>::quiet_NaN();
 };
 

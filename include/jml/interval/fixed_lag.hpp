@@ -46,7 +46,7 @@ struct LagOptions {
 ///   not_converged          no trial had a finite J: refused
 template <typename Scalar, int p>
 struct LagReport : Report<Scalar, p> {
-  int sweeps = 0;
+  int sweeps = 0;                                          ///< backward and forward passes made
   Scalar cost = std::numeric_limits<Scalar>::quiet_NaN();  ///< J of the window, arrival cost included
 };
 
@@ -66,29 +66,32 @@ struct LagReport : Report<Scalar, p> {
 ///
 /// A late measurement takes its place at the node of its time, and the window is re-optimised:
 /// older_than_window where that has left, memory_full where the node has no room. A gate asks of it what it
-/// asks of one in time, with the P that its node has by now. Between two nodes
-/// a state is inserted, which shortens the window by one step: where dynamics and noise read dt, else
-/// invalid_time_step, as the model does not say what a part of a step is. (A measurement seen through f from
-/// the node before would cost no state, and the disturbance in between; this costs none of the accuracy.)
+/// asks of one in time, with the P that its node has by now. Between two nodes a state is inserted, which
+/// shortens the window by one step: where dynamics and noise read dt, else invalid_time_step, as the model
+/// does not say what a part of a step is. (By f from the node before: no state, but the disturbance lost.)
 template <int length, int measurements = 1, typename List = void>
 struct FixedLag {
-  static constexpr bool rolls_back = true, optimal_on_linear = true, symmetric = true;
+  static constexpr bool rolls_back = true;         ///< a window is too large to copy
+  static constexpr bool optimal_on_linear = true;  ///< asked by check_method()
+  static constexpr bool symmetric = true;          ///< P is a covariance
   template <typename Scalar, int n>
-  using RunsOn = Dual<Scalar, n>;
-  using SensorList = List;
+  using RunsOn = Dual<Scalar, n>;  ///< dual numbers
+  using SensorList = List;         ///< see jml::sensors
   template <typename Sensors>
-  using With = FixedLag<length, measurements, Sensors>;
+  using With = FixedLag<length, measurements, Sensors>;  ///< with the list that a filter names
   template <typename Scalar, typename D>
-  using Belief = detail::WindowMemory<length, measurements, D, List, Scalar>;
+  using Belief = detail::WindowMemory<length, measurements, D, List, Scalar>;  ///< the window
   template <typename Scalar, typename D, typename S>
-  using Report = LagReport<Scalar, measurements_of<S>>;
+  using Report = LagReport<Scalar, measurements_of<S>>;  ///< what a measurement by S is answered with
 
-  explicit FixedLag(const LagOptions& how = {}) : options(how) {}
+  explicit FixedLag(const LagOptions& how = {}) : options(how) {}  ///< `how`: sweeps, tolerance, loss
+  /// With another list.
   template <typename Other>
   explicit FixedLag(const FixedLag<length, measurements, Other>& other) : options(other.options) {}
 
-  LagOptions options;
+  LagOptions options;  ///< invalid_option of a step: any of them outside its range
 
+  /// Discrete dynamics, and a list of sensors.
   template <typename D>
   static consteval bool accepts() {
     static_assert(
@@ -97,6 +100,7 @@ struct FixedLag {
         "jml::sensors<…>, estimate}");
     return detail::require_discrete<D>();
   }
+  /// A sensor of the list.
   template <typename S>
   static consteval bool accepts_sensor() {
     return detail::require_sensor<S>() && detail::require_listed<List, S>();
@@ -120,12 +124,14 @@ struct FixedLag {
     }
     return status;
   }
+  /// A measurement of the present.
   template <typename Belief, typename Sample, typename Report>
   void correct(Belief& window, const Sample& sample, Report& report) const {
     window.keep();
     measure(window, window.depth(), sample.sensor, sample.y, sample.gate, report);
     if (!usable(report.status)) window.restore();
   }
+  /// A node, and its measurement.
   template <typename Belief, typename Sample, typename Report>
   void step(Belief& window, const Sample& sample, Report& report) const {
     report.status = advance(window, sample.at);
@@ -136,6 +142,7 @@ struct FixedLag {
       if (usable(report.status) && report.gate == Verdict::rejected) report.status = settle(window);
     }
   }
+  /// A measurement of a time before the present, see above.
   template <typename Belief, typename S, typename Y, typename Report>
   void correct_late(Belief& window, const S& sensor, const Y& y, const Lateness& late, Report& report) const {
     int node = window.depth() - late.steps;
@@ -271,12 +278,15 @@ struct FixedLag {
 /// Another spelling of FixedLag, whose arrival cost and covariances are in factors of themselves.
 template <int length, int measurements, typename List>
 struct Factored<FixedLag<length, measurements, List>> : FixedLag<length, measurements, List> {
+  /// As of FixedLag.
+  /// @{
   using Base = FixedLag<length, measurements, List>;
   template <typename Sensors>
   using With = Factored<FixedLag<length, measurements, Sensors>>;
   explicit Factored(const Base& of) : Base(of) {}
   template <typename Other>
   explicit Factored(const Factored<FixedLag<length, measurements, Other>>& other) : Base(other) {}
+  /// @}
 };
 
 template <int length, int measurements, typename List>

@@ -15,19 +15,27 @@ namespace jml {
 ///   cauchy  ρ = width² log(1 + s/width²): a far outlier pulls less and less; not convex
 /// width: standard deviations, positive. The sensor's whole vector is judged at once.
 struct Loss {
+  /// Which of them.
   enum class Kind : std::uint8_t { none, huber, cauchy };
-  Kind kind = Kind::none;
-  double width = 1;
+  Kind kind = Kind::none;  ///< quadratic at first
+  double width = 1;        ///< standard deviations
 
+  /// A bounded force from `width` on.
   static constexpr Loss huber(double width) { return {Kind::huber, width}; }
+  /// Less and less from `width` on.
   static constexpr Loss cauchy(double width) { return {Kind::cauchy, width}; }
+  /// A width above 0, at most 1e150.
   [[nodiscard]] constexpr bool valid() const { return width > 0 && width <= 1e150; }
 
+  /// ρ and what a minimisation asks of it.
   template <typename Scalar>
   struct Value {
-    Scalar rho, slope;  // ρ(s), ρ'(s)
+    Scalar rho;    ///< ρ(s)
+    Scalar slope;  ///< ρ'(s)
+    /// β: curvature ρ' - β s along the residual, cut at zero (ρ' + 2 ρ'' s may be negative).
     Scalar bend;  // β: curvature ρ' - β s along the residual, cut at zero (ρ' + 2 ρ'' s may be negative)
   };
+  /// At s = rᵀR⁻¹r, ≥ 0.
   template <typename Scalar>
   [[nodiscard]] JML_INLINE Value<Scalar> operator()(Scalar s) const {
     if (kind == Kind::none) return {s, Scalar(1), Scalar(0)};
@@ -45,6 +53,6 @@ struct Loss {
   }
 };
 
-constexpr Loss::Kind last_value(Loss::Kind) { return Loss::Kind::cauchy; }
+constexpr Loss::Kind last_value(Loss::Kind) { return Loss::Kind::cauchy; }  ///< for saving, image/parts.hpp
 
 }  // namespace jml

@@ -21,6 +21,7 @@ struct BatchOptions {
   bool newton = true;
   bool accept_at_limit = false;  ///< max_iterations reached is accepted_at_limit and no refusal
 
+  /// In their range.
   [[nodiscard]] bool valid() const {
     return max_iterations > 0 && tolerance >= 0 && tolerance < 1 && loss.valid();
   }
@@ -35,7 +36,7 @@ struct BatchReport {
   int iterations = 0;  ///< backward passes
   int agreed = 1;      ///< of Start::several: how many starts led to this J, to 1e-6 of it
   int node = -1;       ///< sensor_not_finite: the first node of which a measurement is no number
-  Scalar cost = std::numeric_limits<Scalar>::quiet_NaN();
+  Scalar cost = std::numeric_limits<Scalar>::quiet_NaN();  ///< J; NaN where there is none
   /// |∇J| over the whitened unknowns (x_0 in units of P_0^½, w in units of Q^½), 2-norm, at the answer.
   /// Infinite where the model is so unstable over the interval that rounding alone makes it so.
   Scalar gradient = std::numeric_limits<Scalar>::quiet_NaN();

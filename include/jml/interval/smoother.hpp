@@ -41,6 +41,8 @@ struct Remembering {
       detail::is_smoothable<M>,
       "jml: a smoother belongs to the symmetric one-pass rules Kalman, Ekf and Sddre: P of another rule "
       "is no covariance, or no step of it is one linearisation");
+  /// What filter/method.hpp asks of a method.
+  /// @{
   using Method = typename MethodOf<M>::type;
   using Rule = typename Method::Rule;
   static constexpr bool rolls_back = true, optimal_on_linear = true, symmetric = true;
@@ -51,8 +53,8 @@ struct Remembering {
   template <typename Scalar, typename D, typename S>
   using Report = ReportOf<M, D, S, Scalar>;
 
-  [[no_unique_address]] Method method;
-  int capacity = 0;
+  [[no_unique_address]] Method method;  ///< of the forward pass
+  int capacity = 0;                     ///< steps that there is room for
 
   template <typename D>
   static consteval bool accepts() {
@@ -165,6 +167,7 @@ struct Remembering {
       memory.keep(memory.last + 1, record, next, at.time);
     }
   }
+  /// @}
 
  private:
   /// What a step used, where it did not tell, and what the model makes of x̂ or of zero: f is `prediction`.
@@ -238,8 +241,8 @@ class Smoother : public Filter<Remembering<M>, D, Scalar> {
   static constexpr bool in_charts = requires(const Memory& memory) { memory.chart(0); };
 
  public:
-  using typename Base::Covariance;
-  using typename Base::State;
+  using typename Base::Covariance;  ///< as of Filter
+  using typename Base::State;       ///< as of Filter
 
   /// Starts, as node 0, where `filter` stands, with its gate; a sensor that reads the control sees none
   /// before the first step. `capacity`: steps and predictions to remember; none where negative.
@@ -261,14 +264,14 @@ class Smoother : public Filter<Remembering<M>, D, Scalar> {
 
   /// Number of nodes: the start, and one for each step() and predict().
   [[nodiscard]] int samples() const { return this->belief().last + 1; }
-  // Of a node, 0 ≤ k < samples():
-  /// As of the last smooth(); at nodes that are newer, the filter's.
+  /// Of node k, 0 ≤ k < samples(), as of the last smooth(); of newer ones the filter's.
   [[nodiscard]] decltype(auto) x(int k) const {
     if constexpr (in_charts)
       return this->belief().x(k);
     else
       return (this->belief().node(k).smoothed.x);
   }
+  /// As x(k).
   [[nodiscard]] decltype(auto) P(int k) const {
     if constexpr (in_charts)
       return this->belief().P(k);
@@ -288,11 +291,10 @@ class Smoother : public Filter<Remembering<M>, D, Scalar> {
   {
     return this->belief().node(k).filtered;
   }
-  // Of the last node, as the filter has them; and that filter.
-  using Base::P;
-  using Base::time;
-  using Base::x;
-  [[nodiscard]] const Base& filter() const { return *this; }
+  using Base::P;                                              ///< of the last node, as the filter has it
+  using Base::time;                                           ///< likewise, s
+  using Base::x;                                              ///< likewise
+  [[nodiscard]] const Base& filter() const { return *this; }  ///< of the forward pass
 };
 
 }  // namespace jml

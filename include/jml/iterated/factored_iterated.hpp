@@ -21,6 +21,8 @@ struct Factored<Rule_> {
   static_assert(Rule_::symmetric,
                 "jml: a factored form belongs to the symmetric iterated rules Iekf, Iterated<Ekf<>> and "
                 "Iterated<Sddre<>>: P of IteratedJml is no covariance and has no factors U D Uᵀ");
+  /// What filter/method.hpp asks of a method.
+  /// @{
   using Rule = Rule_;
   using OnePassForm = Factored<typename Rule::Inner>;
   static constexpr bool symmetric = true, optimal_on_linear = true, iterates = true;
@@ -34,9 +36,9 @@ struct Factored<Rule_> {
   using Report = FactoredIteratedReport<Scalar, states_of<D>, measurements_of<S>>;
 
   constexpr Factored() = default;
-  constexpr explicit Factored(const Rule& of) : rule(of) {}
+  constexpr explicit Factored(const Rule& of) : rule(of) {}  ///< the plain form
 
-  [[no_unique_address]] Rule rule;
+  [[no_unique_address]] Rule rule;  ///< the plain form, with its options
 
   template <typename D>
   static consteval bool accepts() {
@@ -69,6 +71,7 @@ struct Factored<Rule_> {
     detail::factored_exact_step<motion>(rule, model, prior, sample.at, sample, end_of(sample.at), next,
                                         report);
   }
+  /// @}
 
   /// As of ExactStep.
   template <typename Model, typename Belief, typename Sample, typename At>

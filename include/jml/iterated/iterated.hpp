@@ -18,9 +18,12 @@
 namespace jml {
 
 /// The method of an iterated rule. A prediction has no measurement to iterate on: it is the inner rule's. A
-/// correction alone is the step's equations without motion.
+/// correction alone is the step's equations without motion. Refused: what OnePass of the inner rule refuses;
+/// not_converged, and no_minimum where the root found is a saddle or a maximum.
 template <IteratedRule Rule_>
 struct ExactStep : Rule_ {
+  /// What filter/method.hpp asks of a method.
+  /// @{
   using Rule = Rule_;
   static constexpr bool optimal_on_linear = true, iterates = true;
   template <typename Scalar, int n>
@@ -31,6 +34,7 @@ struct ExactStep : Rule_ {
   using Report = IteratedReport<Scalar, states_of<D>, measurements_of<S>>;
 
   ExactStep() = default;
+  /// A rule stands for its method.
   ExactStep(const Rule& rule) : Rule(rule) {}  // NOLINT(google-explicit-constructor): the same thing
 
   template <typename D>
@@ -58,6 +62,7 @@ struct ExactStep : Rule_ {
                                                                 sample, sample.at, next, report);
     }
   }
+  /// @}
   /// One exact step, eq. (9): the estimate of x_i is revised together with that of x_{i+1}.
   template <typename Model, typename Belief, typename Sample, typename Report>
   void step(const Model& model, const Belief& prior, const Sample& sample, Belief& next,

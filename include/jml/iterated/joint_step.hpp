@@ -17,6 +17,8 @@ namespace jml {
 /// No motion and no disturbance: turns the equations of a step into those of a correction alone.
 template <int n>
 struct Stay {
+  /// As dynamics with f(x) = x and no disturbance.
+  /// @{
   static constexpr int states = n, disturbances = 0;
   static constexpr bool linear = true;
   template <typename T>
@@ -35,6 +37,7 @@ struct Stay {
   Matrix<T, n, n> dynamics_sdc_about(const Vector<T, n>&, const Vector<T, n>&) const {
     return kernel::identity<Matrix<T, n, n>>();
   }
+  /// @}
 };
 
 namespace detail {

@@ -10,8 +10,8 @@ namespace jml {
 /// A one-step cost, or why there is none.
 template <typename Scalar>
 struct OneStepCost {
-  Status status = Status::ok;
-  Scalar value = std::numeric_limits<Scalar>::quiet_NaN();
+  Status status = Status::ok;                               ///< ok, or why there is no cost
+  Scalar value = std::numeric_limits<Scalar>::quiet_NaN();  ///< of (11), no unit; NaN where there is none
 };
 
 /// The criterion (11) of one step, from its prior, at the pair (x_{i/i+1}, w_i) that the rule implies;

@@ -15,12 +15,12 @@ enum class Iteration : std::uint8_t {
   none,      ///< the fallback solver alone
 };
 
-constexpr Iteration last_value(Iteration) { return Iteration::none; }
+constexpr Iteration last_value(Iteration) { return Iteration::none; }  ///< for saving, image/parts.hpp
 
 /// Bounds of the iteration.
 struct IterationOptions {
-  Iteration method = Iteration::anderson;
-  int max_iterations = 40;  ///< of the first attempt; ≥ 1
+  Iteration method = Iteration::anderson;  ///< of the first attempt
+  int max_iterations = 40;                 ///< of the first attempt; ≥ 1
   double tolerance = 0;  ///< largest residual of the two lines over the state scale; 0: 1e-12 (float: 1e-5)
   bool accept_at_limit = false;  ///< take the last sweep as it is: a fixed number of sweeps, no fallback
   bool use_fallback = true;      ///< call the fallback solver where the first attempt failed

@@ -14,12 +14,12 @@ namespace jml {
 /// least-squares solver below.
 template <typename Inner_, typename Fallback_ = LevenbergMarquardt>
 struct Iterated {
-  using Inner = Inner_;
-  using Fallback = Fallback_;
-  static constexpr bool symmetric = Inner::symmetric;
-  [[no_unique_address]] Inner inner{};
-  IterationOptions options{};
-  [[no_unique_address]] Fallback fallback{};
+  using Inner = Inner_;                                ///< one-pass rule
+  using Fallback = Fallback_;                          ///< solver of hard steps
+  static constexpr bool symmetric = Inner::symmetric;  ///< P is a covariance, to first order
+  [[no_unique_address]] Inner inner{};                 ///< supplies the slots
+  IterationOptions options{};                          ///< of the iteration
+  [[no_unique_address]] Fallback fallback{};           ///< where the first attempt fails
 };
 
 /// The exact recursive-iterative JML estimator, eq. (9).
@@ -28,20 +28,24 @@ struct IteratedJml : Iterated<Jml<Reference>, Fallback> {
   IteratedJml()
     requires(std::is_empty_v<Reference>)
   = default;
+  /// About the origin.
   explicit IteratedJml(const IterationOptions& iteration)
     requires(std::is_empty_v<Reference>)
       : Iterated<Jml<Reference>, Fallback>{{}, iteration, {}} {}
+  /// About `reference`, with bounds of the iteration and a fallback solver.
   explicit IteratedJml(const Reference& reference, const IterationOptions& iteration = {},
                        const Fallback& solver = {})
       : Iterated<Jml<Reference>, Fallback>{Jml<Reference>(reference), iteration, solver} {}
 };
+/// About the origin.
 IteratedJml(const IterationOptions&) -> IteratedJml<>;
 
 /// The measurement-iterated EKF: predict once, then iterate the correction alone. The paper's comparison.
 struct Iekf : Iterated<Ekf<>> {
   Iekf() = default;
+  /// Bounds of the iteration.
   explicit Iekf(const IterationOptions& iteration) : Iterated<Ekf<>>{{}, iteration, {}} {}
-  static constexpr bool measurement_only = true;
+  static constexpr bool measurement_only = true;  ///< the state before the step is not revised
 };
 
 template <typename Reference, typename Fallback>
@@ -59,8 +63,8 @@ concept IteratedRule = requires {
 /// How the root of an exact step was found.
 template <typename Scalar, int n>
 struct RootReport {
-  Solver solver = Solver::none;
-  int iterations = 0;  ///< sweeps or steps of all solvers together
+  Solver solver = Solver::none;  ///< who found it
+  int iterations = 0;            ///< sweeps or steps of all solvers together
   /// Of the two ground-truth lines over the state scale; accepted_at_limit: before the last sweep. Of a step
   /// that was redone: its last movement, in standard deviations.
   Scalar residual = 0;

@@ -17,6 +17,7 @@ namespace jml {
 
 /// One thing that is wrong.
 struct Finding {
+  /// Of which function of the model.
   enum class Function : std::uint8_t {
     dynamics,
     jacobian,
@@ -26,7 +27,8 @@ struct Finding {
     mean,
     measurement,
     linear
-  } function{};
+  } function{};  ///< which
+  /// What is wrong with it.
   enum class Fault : std::uint8_t {
     not_finite,                  ///< a NaN or an infinity
     disagrees_with_duals,        ///< the Jacobian is not the derivative of the function's own code
@@ -34,20 +36,24 @@ struct Finding {
     breaks_definition,           ///< F(x)(x - r) ≠ f(x) - f(r)
     not_a_covariance,            ///< not symmetric, or indefinite (R: not positive definite)
     not_linear,                  ///< says `linear`, but its Jacobian changes with x
-  } fault{};
-  int row = 0, column = 0;  ///< of the worst entry
-  double given = 0, expected = 0;
+  } fault{};                     ///< what
+  int row = 0;                   ///< of the worst entry
+  int column = 0;                ///< of the worst entry
+  double given = 0;              ///< what the model says
+  double expected = 0;           ///< what it should say
 };
 
 /// What check_model found: at most one finding for each function and fault.
 struct ModelReport {
-  std::array<Finding, 16> findings{};
-  int count = 0;
+  std::array<Finding, 16> findings{};  ///< the first `count`
+  int count = 0;                       ///< how many
 
-  [[nodiscard]] bool ok() const { return count == 0; }
+  [[nodiscard]] bool ok() const { return count == 0; }  ///< nothing was found
+  /// While there is room.
   void add(const Finding& finding) {
     if (count < static_cast<int>(findings.size())) findings[static_cast<std::size_t>(count++)] = finding;
   }
+  /// One of this kind was found.
   [[nodiscard]] bool has(Finding::Function function, Finding::Fault fault) const {
     for (int i = 0; i < count; ++i) {
       const Finding& f = findings[static_cast<std::size_t>(i)];

@@ -15,6 +15,9 @@ template <typename Plant, typename Shaping>
 struct ColouredNoise {
   static_assert(detail::require_discrete<Plant>() && detail::require_discrete<Shaping>());
   static_assert(detail::require_no_mean<Plant>() && detail::require_no_mean<Shaping>());
+  /// Sizes as a dynamics struct gives them; `shaped`: states of the shaping filter; `timed`: reads time, dt
+  /// or control.
+  /// @{
   static constexpr int shaped = states_of<Shaping>, plant_states = states_of<Plant>;
   static constexpr int plant_disturbances = DynamicsTraits<Plant>::disturbances;
   using Space = detail::SpaceBeside<Plant, shaped>;
@@ -23,10 +26,13 @@ struct ColouredNoise {
   static constexpr int controls = DynamicsTraits<Plant>::controls;
 
   static constexpr bool timed = reads_context<double, Plant>() || reads_context<double, Shaping>();
+  /// @}
 
-  Plant plant;
-  Shaping shaping;
+  Plant plant;      ///< of x
+  Shaping shaping;  ///< of ξ
 
+  /// As a dynamics struct gives them: (f(x, w), f₁(ξ, η)), and the covariances of w and η side by side.
+  /// @{
   template <typename T>
   Vector<T, states> dynamics(const Vector<T, states>& x, const Vector<T, disturbances>& w) const
     requires(!timed)
@@ -53,6 +59,7 @@ struct ColouredNoise {
   {
     return covariance(x, at);
   }
+  /// @}
 
  private:
   template <typename T, typename Scalar>
@@ -81,6 +88,7 @@ struct ColouredNoise {
     return Q;
   }
 };
+/// Types from the arguments.
 template <typename Plant, typename Shaping>
 ColouredNoise(Plant, Shaping) -> ColouredNoise<Plant, Shaping>;
 

@@ -11,7 +11,7 @@ namespace jml {
 /// Dynamics of which nothing is known but how many states they have: where a correction stands alone.
 template <int n>
 struct OfStates {
-  static constexpr int states = n;
+  static constexpr int states = n;  ///< n
 };
 
 template <typename D>

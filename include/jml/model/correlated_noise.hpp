@@ -15,14 +15,19 @@ namespace jml {
 template <typename Plant>
 struct RemembersDisturbance {
   static_assert(detail::require_discrete<Plant>() && detail::require_no_mean<Plant>());
+  /// Sizes as a dynamics struct gives them; `timed`: reads time, dt or control.
+  /// @{
   static constexpr int plant_states = states_of<Plant>, disturbances = DynamicsTraits<Plant>::disturbances;
   using Space = detail::SpaceBeside<Plant, disturbances>;
   static constexpr int states = plant_states + disturbances, controls = DynamicsTraits<Plant>::controls;
 
   static constexpr bool timed = reads_context<double, Plant>();
+  /// @}
 
-  Plant plant;
+  Plant plant;  ///< of x
 
+  /// As a dynamics struct gives them: (f(x, w), w), and the plant's Q.
+  /// @{
   template <typename T>
   Vector<T, states> dynamics(const Vector<T, states>& x, const Vector<T, disturbances>& w) const
     requires(!timed)
@@ -50,6 +55,7 @@ struct RemembersDisturbance {
   {
     return jml::disturbance_covariance(plant, detail::piece<plant_states>(x, 0), at);
   }
+  /// @}
 
  private:
   template <typename T, typename Scalar>
@@ -61,6 +67,7 @@ struct RemembersDisturbance {
     return out;
   }
 };
+/// Types from the arguments.
 template <typename Plant>
 RemembersDisturbance(Plant) -> RemembersDisturbance<Plant>;
 

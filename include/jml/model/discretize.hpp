@@ -51,14 +51,18 @@ class Discretized {
   };
 
  public:
+  /// Sizes and promises as a dynamics struct gives them.
+  /// @{
   static constexpr int states = n;
   static constexpr int disturbances = van_loan && q > 0 ? n : q;
   static constexpr int controls = Traits::controls;
   static constexpr bool linear = Traits::linear;
+  /// @}
 
-  explicit Discretized(Continuous model) : continuous(std::move(model)) {}
-  Continuous continuous;
+  explicit Discretized(Continuous model) : continuous(std::move(model)) {}  ///< ẋ = f(x)
+  Continuous continuous;                                                    ///< ẋ = f(x)
 
+  /// x after one step of the integrator of length at.dt, n.
   template <typename T, typename S>
   Vector<T, n> dynamics(const Vector<T, n>& x, const StepContext<S, controls>& at) const {
     Vector<T, n> next;
@@ -70,6 +74,7 @@ class Discretized {
     return next;
   }
 
+  /// Its derivative, n×n, from that of the continuous model.
   template <typename T, typename S>
   Matrix<T, n, n> dynamics_jacobian(const Vector<T, n>& x, const StepContext<S, controls>& at) const
     requires(Gives<T, S>::jacobian)
@@ -89,6 +94,7 @@ class Discretized {
     });
   }
 
+  /// G dt of HeldNoise, n×q.
   template <typename S>
   Matrix<S, n, q> disturbance_input(const Vector<S, n>& x, const StepContext<S, controls>& at) const
     requires(!van_loan && q > 0)
@@ -96,6 +102,7 @@ class Discretized {
     return jml::disturbance_input(continuous, x, at) * at.dt;
   }
 
+  /// Of the step: Van Loan's, n×n, or Q/dt, q×q; zero where dt is zero.
   template <typename S>
   Matrix<S, disturbances, disturbances> disturbance_covariance(const Vector<S, n>& x,
                                                                const StepContext<S, controls>& at) const
@@ -171,6 +178,7 @@ template <typename Integrator, typename NoiseModel = VanLoan, typename Continuou
 [[nodiscard]] DiscretizedInSpace<Continuous, Integrator> discretize(const Continuous& model) {
   return DiscretizedInSpace<Continuous, Integrator>(model);
 }
+/// The same, of flat dynamics.
 template <typename Integrator, typename NoiseModel = VanLoan, typename Continuous>
   requires(!detail::steps_in_space<Continuous>())
 [[nodiscard]] Discretized<Continuous, Integrator, NoiseModel> discretize(const Continuous& model) {
@@ -182,9 +190,12 @@ template <typename Integrator, typename NoiseModel = VanLoan, typename Continuou
 /// A sample then weighs as much as the measurement would over the step that it ends.
 template <typename Continuous>
 struct Sampled {
+  /// As a sensor struct gives them.
+  /// @{
   static constexpr int measurements = SensorTraits<Continuous>::measurements;
   static constexpr bool linear = SensorTraits<Continuous>::linear;
-  Continuous continuous;
+  /// @}
+  Continuous continuous;  ///< with a noise_spectral_density()
 };
 
 template <typename Continuous>

@@ -25,12 +25,18 @@ class DiscretizedInSpace {
                 "integrator");
 
  public:
+  /// Space and sizes as a dynamics struct gives them.
+  /// @{
   using Space = typename detail::SpaceOfModel<Continuous>::type;
   static constexpr int states = numbers, disturbances = q, controls = Traits::controls;
+  /// @}
 
+  /// ẋ = f(x), in the tangent.
   explicit DiscretizedInSpace(Continuous model) : continuous(std::move(model)) {}
-  Continuous continuous;
+  Continuous continuous;  ///< ẋ = f(x), in the tangent
 
+  /// x after one step of the integrator of length at.dt, `states` numbers; w is held over it.
+  /// @{
   template <typename T, typename S>
     requires(q > 0)
   Vector<T, numbers> dynamics(const Vector<T, numbers>& x, const Vector<T, q>& w,
@@ -42,6 +48,8 @@ class DiscretizedInSpace {
   Vector<T, numbers> dynamics(const Vector<T, numbers>& x, const StepContext<S, controls>& at) const {
     return step(x, Vector<T, 0>(), at);
   }
+  /// @}
+  /// Q/dt, q×q; zero where dt is zero.
   template <typename S>
     requires(q > 0)
   Matrix<S, q, q> disturbance_covariance(const Vector<S, numbers>& x,
@@ -49,6 +57,7 @@ class DiscretizedInSpace {
     const Matrix<S, q, q> Q = jml::disturbance_spectral_density(continuous, x, at);
     return at.dt > S(0) ? Matrix<S, q, q>(Q / at.dt) : kernel::zeros<Matrix<S, q, q>>();
   }
+  /// w̄, q.
   template <typename S>
     requires(q > 0 && detail::HasHook<detail::hooks::DisturbanceMean, Continuous, Vector<S, numbers>,
                                       StepContext<S, controls>>)

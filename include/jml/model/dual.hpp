@@ -15,13 +15,16 @@
 
 namespace jml {
 
+/// value + Σ partial[i] ε_i, in place of a number of the type Base. n: derivatives.
 template <typename Base, int n>
 struct Dual {
-  Base value;
-  Base partial[n];
+  Base value;       ///< the number
+  Base partial[n];  ///< its derivatives
 
   Dual() = default;  // as of double: T() is zero, and T x; is not set
   // Part by part: copied whole, it is a call of memcpy, which costs more than its few numbers.
+  /// Part by part.
+  /// @{
   constexpr Dual(const Dual& other) : value(other.value) {
     each([&](int i) JML_INLINE { partial[i] = other.partial[i]; });
   }
@@ -30,6 +33,8 @@ struct Dual {
     each([&](int i) JML_INLINE { partial[i] = other.partial[i]; });
     return *this;
   }
+  /// @}
+  /// A constant: derivatives of zero.
   template <typename Number>
     requires std::convertible_to<Number, Base>
   constexpr Dual(const Number& number)  // NOLINT(google-explicit-constructor): a constant is a dual
@@ -46,7 +51,7 @@ struct Dual {
 
   /// Its derivatives are written before they are read: zeros first would cost as much as the rest.
   struct Bare {};
-  constexpr Dual(Bare, const Base& number) : value(number) {}
+  constexpr Dual(Bare, const Base& number) : value(number) {}  ///< derivatives not set
 
   /// The same derivatives of another value.
   constexpr Dual with(const Base& other) const {
@@ -61,6 +66,8 @@ struct Dual {
     return out;
   }
 
+  /// Values and derivatives of the operation.
+  /// @{
   friend constexpr Dual operator+(const Dual& a) { return a; }
   friend constexpr Dual operator-(const Dual& a) {
     Dual out(Bare{}, -a.value);
@@ -126,6 +133,7 @@ struct Dual {
   constexpr Dual& operator-=(const Dual& b) { return *this = *this - b; }
   constexpr Dual& operator*=(const Dual& b) { return *this = *this * b; }
   constexpr Dual& operator/=(const Dual& b) { return *this = *this / b; }
+  /// @}
 
   /// use(0) … use(n - 1), unrolled where they are few.
   template <typename Use>
@@ -138,6 +146,8 @@ struct Dual {
     }
   }
 
+  /// By the values alone.
+  /// @{
   friend constexpr bool operator==(const Dual& a, const Dual& b) { return a.value == b.value; }
   friend constexpr auto operator<=>(const Dual& a, const Dual& b) { return a.value <=> b.value; }
   template <detail::PlainNumber N>
@@ -148,6 +158,7 @@ struct Dual {
   friend constexpr auto operator<=>(const Dual& a, N b) {
     return a <=> Dual(b);
   }
+  /// @}
 };
 
 /// The plain number inside nested duals.
@@ -155,6 +166,7 @@ template <typename Number>
 constexpr Number plain_value(const Number& number) {
   return number;
 }
+/// The same, from a dual.
 template <typename Base, int n>
 constexpr auto plain_value(const Dual<Base, n>& number) {
   return plain_value(number.value);

@@ -12,6 +12,9 @@
 
 namespace jml {
 
+/// The function with its derivative by the chain rule: NaN or infinite where that has none (√ and ∛ at 0).
+/// abs at 0: slope 1 or -1.
+/// @{
 template <typename B, int n>
 Dual<B, n> sin(const Dual<B, n>& a) {
   using std::sin, std::cos;
@@ -116,7 +119,10 @@ Dual<B, n> erf(const Dual<B, n>& a) {
   using std::erf, std::exp;
   return a.chain(erf(a.value), B(1.1283791670955125739) * exp(-a.value * a.value));
 }
+/// @}
 
+/// With both derivatives; at the origin they are NaN.
+/// @{
 template <typename B, int n>
 Dual<B, n> atan2(const Dual<B, n>& y, const Dual<B, n>& x) {
   using std::atan2;
@@ -134,6 +140,7 @@ Dual<B, n> hypot(const Dual<B, n>& a, const Dual<B, n>& b) {
   for (int i = 0; i < n; ++i) out.partial[i] = (a.value * a.partial[i] + b.value * b.partial[i]) / h;
   return out;
 }
+/// @}
 
 /// Constant exponent; at a = 0 the slope is p·0^(p-1), finite for p ≥ 1.
 template <typename B, int n, typename Exponent>
@@ -143,6 +150,7 @@ Dual<B, n> pow(const Dual<B, n>& a, Exponent exponent) {
   if (exponent == Exponent(0)) return Dual<B, n>(B(1));
   return a.chain(pow(a.value, exponent), B(exponent) * pow(a.value, exponent - Exponent(1)));
 }
+/// An exponent that has derivatives too: where a ≤ 0 and they are not zero, NaN.
 template <typename B, int n>
 Dual<B, n> pow(const Dual<B, n>& a, const Dual<B, n>& b) {
   using std::pow, std::log;
@@ -155,6 +163,8 @@ Dual<B, n> pow(const Dual<B, n>& a, const Dual<B, n>& b) {
   return out;
 }
 
+/// The larger, the smaller one with its derivatives; of equal ones the first.
+/// @{
 template <typename B, int n>
 Dual<B, n> max(const Dual<B, n>& a, const Dual<B, n>& b) {
   return a < b ? b : a;
@@ -163,6 +173,9 @@ template <typename B, int n>
 Dual<B, n> min(const Dual<B, n>& a, const Dual<B, n>& b) {
   return b < a ? b : a;
 }
+/// @}
+/// Of the value alone.
+/// @{
 template <typename B, int n>
 bool isfinite(const Dual<B, n>& a) {
   using std::isfinite;
@@ -173,8 +186,10 @@ bool isnan(const Dual<B, n>& a) {
   using std::isnan;
   return isnan(plain_value(a));
 }
+/// @}
 
-// With a plain number in the other place.
+/// With a plain number in either place.
+/// @{
 template <typename B, int n, typename N>
   requires std::is_arithmetic_v<N>
 Dual<B, n> atan2(const Dual<B, n>& y, N x) {
@@ -220,5 +235,6 @@ Dual<B, n> min(N a, const Dual<B, n>& b) {
   static_assert(detail::require_number_for_max<N, decltype(plain_value(B()))>());
   return min(Dual<B, n>(a), b);
 }
+/// @}
 
 }  // namespace jml

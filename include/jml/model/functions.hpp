@@ -13,6 +13,7 @@
 
 namespace jml {
 
+/// n: the numbers of a state.
 template <typename D>
 inline constexpr int states_of = DynamicsTraits<D>::states;
 
@@ -31,6 +32,7 @@ struct SpaceOfModel<D> {
 /// The space of the states of D, and its degrees of freedom: the size of P, of a gain, of an error.
 template <typename D>
 using SpaceOf = detail::WholeSpace<typename detail::SpaceOfModel<D>::type>;
+/// Degrees of freedom: n in ℝⁿ.
 template <typename D>
 inline constexpr int degrees_of = SpaceOf<D>::tangent;
 /// States and errors are the same thing, and add.
@@ -126,6 +128,7 @@ constexpr bool has_disturbance_input() {
   return detail::HasHook<detail::hooks::DisturbanceInput, D, X, At> ||
          detail::NoisyDynamicsIn<D, typename X::Scalar, int(X::RowsAtCompileTime), At>;
 }
+/// False where the model leaves w̄ out: it is zero.
 template <typename D, typename X, typename At>
 constexpr bool has_disturbance_mean() {
   constexpr bool has = detail::HasHook<detail::hooks::DisturbanceMean, D, X, At>;

@@ -15,10 +15,11 @@ namespace jml {
 
 /// Rows of a measurement, made by only(), first() or finite_rows().
 struct Rows {
-  std::uint64_t mask = 0;
+  std::uint64_t mask = 0;  ///< bit i: row i
 
+  /// Row 0 … 63 is among them.
   [[nodiscard]] constexpr bool has(int row) const { return (mask >> row & 1U) != 0; }
-  [[nodiscard]] constexpr int count() const { return std::popcount(mask); }
+  [[nodiscard]] constexpr int count() const { return std::popcount(mask); }  ///< how many
   /// No row is beyond the first p.
   [[nodiscard]] constexpr bool within(int p) const { return p >= 64 || mask >> p == 0; }
 };
@@ -51,8 +52,8 @@ template <typename Scalar, int p>
 template <typename S>
 struct Part {
   static_assert(measurements_of<S> <= 64, "jml: a mask has room for 64 rows");
-  [[no_unique_address]] S sensor;
-  Rows rows;
+  [[no_unique_address]] S sensor;  ///< of all rows
+  Rows rows;                       ///< that were measured
 };
 
 /// `filter.step(jml::part(radar, jml::only(0, 2)), y, dt)`; in a list of sensors:

@@ -33,6 +33,8 @@ template <typename T>
 
 /// A rotation as a unit quaternion (w, x, y, z); δ in the body's axes, rad.
 struct SO3 {
+  /// What model/space.hpp asks of a space; contains: of length 1 to half the digits.
+  /// @{
   static constexpr int numbers = 4, tangent = 3;
   template <typename T>
   static Vector<T, 4> plus(const Vector<T, 4>& x, const Vector<T, 3>& delta) {
@@ -58,6 +60,7 @@ struct SO3 {
   static Matrix<T, 3, 3> chart_slope(const Vector<T, 4>&, const Vector<T, 3>& z) {
     return right_jacobian(z);
   }
+  /// @}
   /// ½ x (0, e_j) in the column of δ_j.
   template <int m, typename T>
     requires std::is_floating_point_v<T>
@@ -102,6 +105,8 @@ struct SO3 {
 
 /// A rotation as the nine numbers of its matrix, column by column.
 struct SO3Matrix {
+  /// What model/space.hpp asks of a space; contains: orthogonal to half the digits, and no reflection.
+  /// @{
   static constexpr int numbers = 9, tangent = 3;
   template <typename T>
   static Vector<T, 9> plus(const Vector<T, 9>& x, const Vector<T, 3>& delta) {
@@ -169,6 +174,7 @@ struct SO3Matrix {
   static Matrix<T, 3, 3> chart_slope(const Vector<T, 9>&, const Vector<T, 3>& z) {
     return right_jacobian(z);
   }
+  /// @}
 };
 
 }  // namespace jml

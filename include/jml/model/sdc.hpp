@@ -21,8 +21,9 @@ struct AboutOrigin {};
 /// The reference point is fixed and named.
 template <typename Scalar, int n>
 struct AboutPoint {
-  Vector<Scalar, n> point;
+  Vector<Scalar, n> point;  ///< r, n, in the units of x
 };
+/// Types from the arguments.
 template <typename Scalar, int n>
 AboutPoint(const Vector<Scalar, n>&) -> AboutPoint<Scalar, n>;
 /// The reference is the current estimate: x̂ for the dynamics, the prediction for the sensor. The one-pass

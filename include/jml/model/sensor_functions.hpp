@@ -9,6 +9,7 @@
 
 namespace jml {
 
+/// p: the entries of a measurement.
 template <typename S>
 inline constexpr int measurements_of = SensorTraits<S>::measurements;
 

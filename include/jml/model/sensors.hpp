@@ -12,7 +12,7 @@ template <typename... S>
 struct Sensors {
   static_assert(sizeof...(S) > 0, "jml: name at least one sensor type, jml::sensors<YourSensor>");
   static_assert((detail::require_sensor<S>() && ...));
-  static constexpr int count = sizeof...(S);
+  static constexpr int count = sizeof...(S);  ///< of types
 
   /// The place of T in the list; `count` where it is not there.
   template <typename T>
@@ -22,6 +22,7 @@ struct Sensors {
     return found;
   }
 };
+/// The list, to be handed to a constructor.
 template <typename... S>
 inline constexpr Sensors<S...> sensors{};
 

@@ -24,6 +24,8 @@ namespace jml {
 ///   origin<T>()   optional: the state that the SDC matrices are about; zeros
 template <typename Space>
 struct SpaceTraits {
+  /// See above.
+  /// @{
   static constexpr int numbers = Space::numbers, tangent = Space::tangent;
   template <typename T>
   static Vector<T, numbers> plus(const Vector<T, numbers>& x, const Vector<T, tangent>& delta) {
@@ -33,6 +35,7 @@ struct SpaceTraits {
   static Vector<T, tangent> minus(const Vector<T, numbers>& a, const Vector<T, numbers>& b) {
     return Space::minus(a, b);
   }
+  /// @}
 };
 
 namespace detail {
@@ -127,6 +130,8 @@ void near_unit(Vector<T, n>& x) {
 /// ℝⁿ.
 template <int n>
 struct Euclidean {
+  /// What model/space.hpp asks of a space.
+  /// @{
   static constexpr int numbers = n, tangent = n;
   template <typename T>
   static Vector<T, n> plus(const Vector<T, n>& x, const Vector<T, n>& delta) {
@@ -157,10 +162,13 @@ struct Euclidean {
     }
     return out;
   }
+  /// @}
 };
 
 /// An angle, rad, kept in [-π, π].
 struct SO2 {
+  /// What model/space.hpp asks of a space: 1 number, 1 degree of freedom.
+  /// @{
   static constexpr int numbers = 1, tangent = 1;
   template <typename T>
   static Vector<T, 1> plus(const Vector<T, 1>& x, const Vector<T, 1>& delta) {
@@ -170,6 +178,7 @@ struct SO2 {
   static Vector<T, 1> minus(const Vector<T, 1>& a, const Vector<T, 1>& b) {
     return Vector<T, 1>(wrapped(a(0) - b(0)));
   }
+  /// @}
 
  private:
   template <typename T>
@@ -199,6 +208,8 @@ void set_piece(Vector<T, n>& x, int first, const Vector<T, size>& value) {
 /// Spaces side by side: the numbers of the first, then those of the second, …
 template <typename... Spaces>
 struct Product {
+  /// What model/space.hpp asks of a space, each from its parts.
+  /// @{
   static constexpr int numbers = (0 + ... + SpaceTraits<Spaces>::numbers);
   static constexpr int tangent = (0 + ... + SpaceTraits<Spaces>::tangent);
 
@@ -264,6 +275,7 @@ struct Product {
     });
     return out;
   }
+  /// @}
 
  private:
   /// use<traits of each>(its first number, its first degree of freedom).

@@ -10,6 +10,8 @@ namespace jml {
 
 /// A direction: a unit vector. δ: along two axes normal to it, of which only that they are two is promised.
 struct S2 {
+  /// What model/space.hpp asks of a space; contains: of length 1 to half the digits.
+  /// @{
   static constexpr int numbers = 3, tangent = 2;
   template <typename T>
   static Vector<T, 3> plus(const Vector<T, 3>& x, const Vector<T, 2>& delta) {
@@ -62,6 +64,7 @@ struct S2 {
     out(2) = T(1);
     return out;
   }
+  /// @}
 
  private:
   /// v in the reflection that exchanges the pole (0, 0, 1), or where x is nearer to it the other one, with x:

@@ -14,9 +14,10 @@ namespace jml {
 /// step. control: input held over the step, `controls` entries in the units of the model.
 template <typename Scalar, int controls = 0>
 struct StepContext {
+  /// s, at the beginning of the step; double for every Scalar, as a float clock loses 8 ms after a day.
   double time = 0;  // always double: a float clock loses 8 ms after a day
-  Scalar dt = 0;
-  Argument<Scalar, controls> control = kernel::zeros<Vector<Scalar, controls>>();
+  Scalar dt = 0;    ///< s, ≥ 0
+  Argument<Scalar, controls> control = kernel::zeros<Vector<Scalar, controls>>();  ///< u, held over the step
 };
 
 /// The context of the measurement at the end of a step.

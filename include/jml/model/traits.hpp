@@ -159,9 +159,12 @@ struct TimeDomain<Model> {
 /// What a dynamics trait looks for in a struct. A specialisation of DynamicsTraits inherits from it, and
 /// hides what it gives.
 struct DynamicsDefaults {
+  /// Where a model says nothing.
+  /// @{
   static constexpr int disturbances = 0, controls = 0;
   static constexpr bool linear = false;
   using time_domain = DiscreteTime;
+  /// @}
 
   /// f(x), n; or f(x, w), w of q.
   template <typename M, typename... A>
@@ -228,7 +231,7 @@ struct DynamicsTraits : DynamicsDefaults {
 
 /// What a sensor trait looks for in a struct; likewise.
 struct SensorDefaults {
-  static constexpr bool linear = false;
+  static constexpr bool linear = false;  ///< where a model says nothing
 
   /// m(x), p; or m(x, v), v of `noises`.
   template <typename M, typename... A>
@@ -277,7 +280,7 @@ struct SensorDefaults {
 /// of spectral density R (noise_spectral_density).
 template <typename Model>
 struct SensorTraits : SensorDefaults {
-  static constexpr bool looks_into_struct = true;
+  static constexpr bool looks_into_struct = true;                              ///< as of DynamicsTraits
   static constexpr int measurements = detail::count_of_measurements<Model>();  ///< p
   static constexpr int noises = detail::noises_of<Model>();   ///< r, entries of v of m(x, v); default p
   static constexpr bool linear = detail::is_linear<Model>();  ///< promises m_x constant in x

@@ -44,18 +44,19 @@ class Channel {
   static constexpr bool looks = groups > 0 || detail::is_underweighted<S>;
 
  public:
+  /// As the members of these names.
   explicit Channel(S of, const Lockout<n>& way_out = {}, const std::array<Rows, groups>& judged_together = {})
       : sensor(std::move(of)), lockout(way_out), blocks(judged_together) {}
 
-  S sensor;
-  Use use = Use::accept;
-  Gate gate;
-  Lockout<n> lockout;
-  [[no_unique_address]] std::array<Rows, groups> blocks;
-  InnovationMonitor<p> monitor;
+  S sensor;               ///< the model of it; change it by retune()
+  Use use = Use::accept;  ///< what is done with its measurements
+  Gate gate;              ///< of this sensor; the filter's own is not read
+  Lockout<n> lockout;     ///< when the gate counts as shut, and what is done then
+  [[no_unique_address]] std::array<Rows, groups> blocks;  ///< rows that are judged together; none: all
+  InnovationMonitor<p> monitor;                           ///< its options: off at first
 
-  [[nodiscard]] const Tally& tally() const { return tally_; }
-  [[nodiscard]] const Alarms& alarms() const { return monitor.alarms(); }
+  [[nodiscard]] const Tally& tally() const { return tally_; }  ///< what became of the measurements
+  [[nodiscard]] const Alarms& alarms() const { return monitor.alarms(); }  ///< of the monitor
   /// Measurements in a row that were rejected, or refused for what the filter is.
   [[nodiscard]] int rejected_in_a_row() const { return in_a_row_; }
   /// The gate has been shut for as long as the Lockout says, and its recoveries are used up, or it has none.

@@ -57,11 +57,13 @@ enum class Concern : std::uint8_t {
 
 /// Which concerns there are.
 struct Health {
-  static constexpr int kinds = static_cast<int>(Concern::stuck) + 1;
-  std::bitset<kinds> concerns;
+  static constexpr int kinds = static_cast<int>(Concern::stuck) + 1;  ///< concerns that there are
+  std::bitset<kinds> concerns;                                        ///< bit i: Concern(i)
 
-  [[nodiscard]] bool good() const { return concerns.none(); }
+  [[nodiscard]] bool good() const { return concerns.none(); }  ///< no concern
+  /// This one is among them.
   [[nodiscard]] bool has(Concern concern) const { return concerns[static_cast<std::size_t>(concern)]; }
+  /// Adds it, where `is`.
   void note(Concern concern, bool is = true) {
     if (is) concerns.set(static_cast<std::size_t>(concern));
   }

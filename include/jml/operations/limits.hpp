@@ -13,13 +13,14 @@ namespace jml {
 /// Limits of an estimate with `states` numbers and n degrees of freedom; by default there are none.
 template <int states, int n = states>
 struct Limits {
-  static constexpr double infinity = std::numeric_limits<double>::infinity();
+  static constexpr double infinity = std::numeric_limits<double>::infinity();        ///< no limit
   Vector<double, states> lower = kernel::filled<Vector<double, states>>(-infinity);  ///< of x: watched only
-  Vector<double, states> upper = kernel::filled<Vector<double, states>>(infinity);
-  Vector<double, n> least_variance = kernel::zeros<Vector<double, n>>();  ///< of P_ii, units of x²
-  Vector<double, n> most_variance = kernel::filled<Vector<double, n>>(infinity);
+  Vector<double, states> upper = kernel::filled<Vector<double, states>>(infinity);   ///< of x: watched only
+  Vector<double, n> least_variance = kernel::zeros<Vector<double, n>>();             ///< of P_ii, units of x²
+  Vector<double, n> most_variance = kernel::filled<Vector<double, n>>(infinity);     ///< of P_ii, units of x²
   double most_correlation = 1;  ///< of |P_ij|/√(P_ii P_jj), in (0, 1]
 
+  /// In their range, no NaN, least ≤ most.
   [[nodiscard]] bool valid() const {
     bool good = most_correlation > 0 && most_correlation <= 1;
     for (int i = 0; i < states; ++i) good = good && lower(i) <= upper(i);
@@ -34,12 +35,13 @@ struct Limits {
 /// is not finite; else what Filter::rescale() answered, ok where P needed no change.
 template <int states, int n>
 struct Kept {
-  Status status = Status::ok;
+  Status status = Status::ok;   ///< ok, or why P was left as it was
   std::bitset<states> outside;  ///< x_i is below its lower limit, above its upper one, or a NaN
   std::bitset<n> raised;        ///< P_ii was below its floor
   std::bitset<n> lowered;       ///< P_ii was above its ceiling
   std::bitset<n> decorrelated;  ///< state i was correlated too strongly with another one
 
+  /// Something was beyond its limits.
   [[nodiscard]] bool any() const {
     return status != Status::ok || outside.any() || raised.any() || lowered.any() || decorrelated.any();
   }

@@ -32,12 +32,13 @@ struct Lockout {
   int after = 0;  ///< measurements in a row that were rejected, or refused for what the filter is; 0: never
   double seconds =
       std::numeric_limits<double>::infinity();  ///< or since the last accepted one, and one rejected
-  Recovery recovery = Recovery::report;
-  double probability = 1;  ///< of the gate, for `widen`
+  Recovery recovery = Recovery::report;         ///< what is done
+  double probability = 1;                       ///< of the gate, for `widen`
   Vector<double, n> variances =
       kernel::zeros<Vector<double, n>>();  ///< added to P, for `inflate`, ≥ 0; units of x²
   int times = 3;  ///< recoveries at most, `after` measurements apart, until one was accepted
 
+  /// In their range; for Recovery::inflate also with variances.
   [[nodiscard]] bool valid() const {
     bool good = after >= 0 && seconds > 0 && probability > 0 && probability <= 1 && times >= 0;
     for (int i = 0; i < n; ++i) good = good && variances(i) >= 0 && std::isfinite(variances(i));

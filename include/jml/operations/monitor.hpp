@@ -27,6 +27,7 @@ struct MonitorOptions {
                     ///< sensor that rounds to a grid of δ repeats itself with a probability below δ/√(2π)
                     ///< over the standard deviation of its change: choose repeats for its power.
 
+  /// In their range, for a sensor of p rows.
   [[nodiscard]] bool valid(int p) const {
     return window >= 0 && window <= 1000 / p && false_alarms > 0 && false_alarms < 1 &&
            (repeats == 0 || repeats > 1);
@@ -40,6 +41,7 @@ struct Alarms {
   bool stuck = false;     ///< the same y again and again
   std::uint64_t biased = 0;  ///< bit i: the mean of row i is not zero
 
+  /// One of them.
   [[nodiscard]] constexpr bool any() const { return nis_high || nis_low || stuck || biased != 0; }
 };
 
@@ -49,16 +51,16 @@ class InnovationMonitor {
   static_assert(p <= 64, "jml: a monitor has room for 64 rows");
 
  public:
-  MonitorOptions options;
+  MonitorOptions options;  ///< off at first
 
   /// Of the last full window, and of the one that runs where it cannot become right again.
   [[nodiscard]] const Alarms& alarms() const { return alarms_; }
   /// Mean NIS per degree of freedom over the last full window: 1 of a filter that is right. NaN before.
   [[nodiscard]] double mean_nis() const { return mean_nis_; }
-  void reset() { *this = InnovationMonitor{options}; }
+  void reset() { *this = InnovationMonitor{options}; }  ///< begins anew, with the same options
 
   InnovationMonitor() = default;
-  explicit InnovationMonitor(const MonitorOptions& how) : options(how) {}
+  explicit InnovationMonitor(const MonitorOptions& how) : options(how) {}  ///< how to watch
 
   /// A measurement and what became of it, accepted or rejected. One without NIS is passed over.
   template <typename Scalar>

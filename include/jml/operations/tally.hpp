@@ -14,7 +14,7 @@ enum class Use : std::uint8_t {
   force,    ///< used whatever the gate says; what is not finite, and an S that is not positive definite, is
             ///< refused all the same
 };
-constexpr Use last_value(Use) { return Use::force; }
+constexpr Use last_value(Use) { return Use::force; }  ///< for saving, image/parts.hpp
 
 /// What became of the measurements of a channel.
 struct Tally {

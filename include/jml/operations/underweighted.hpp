@@ -16,17 +16,18 @@ namespace jml {
 /// In a list of sensors it stands as jml::sensors<jml::Underweighted<Radar>>.
 template <typename S>
 struct Underweighted {
-  static constexpr int p = measurements_of<S>;
+  static constexpr int p = measurements_of<S>;  ///< of the sensor
   static_assert(
       detail::noises_of_sensor<S>() == p,
       "jml: what an Underweighted sensor adds is in units of y: of a sensor with m(x, v) give R in them");
-  using Limit = Vector<double, p>;
+  using Limit = Vector<double, p>;  ///< of p
 
-  [[no_unique_address]] S sensor;
+  [[no_unique_address]] S sensor;        ///< whose R is added to
   double share = 0.2;                    ///< β, ≥ 0: 0.2 is the Space Shuttle's
   Limit above = kernel::zeros<Limit>();  ///< of √S_ii, units of y: below all of them nothing is changed
   Matrix<double, p, p> added = kernel::zeros<Matrix<double, p, p>>();  ///< to R; the channel sets it
 
+  /// A finite share ≥ 0, and limits ≥ 0.
   [[nodiscard]] bool valid() const {
     bool good = share >= 0 && std::isfinite(share);
     for (int i = 0; i < p; ++i) good = good && above(i) >= 0;
@@ -42,12 +43,15 @@ struct Underweighted {
       added.data()[i] = large ? share * static_cast<double>(innovation_matrix.data()[i]) : 0;
   }
 };
+/// Types from the arguments.
+/// @{
 template <typename S>
 Underweighted(S) -> Underweighted<S>;
 template <typename S>
 Underweighted(S, double) -> Underweighted<S>;
 template <typename S, typename Limit>
 Underweighted(S, double, Limit) -> Underweighted<S>;
+/// @}
 
 namespace detail {
 template <typename S>

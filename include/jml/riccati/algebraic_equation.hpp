@@ -13,10 +13,10 @@ namespace jml {
 
 /// The signs, each +1 or -1, of the four terms of 0 = ± A X ± X B ± Q ± X S X.
 struct RiccatiSigns {
-  int AX = 1;
-  int XB = 1;
-  int Q = 1;
-  int XSX = -1;
+  int AX = 1;    ///< of A X
+  int XB = 1;    ///< of X B
+  int Q = 1;     ///< of Q
+  int XSX = -1;  ///< of X S X
 };
 
 /// 0 = A X + X B + Q - X S X for an unknown X of n1×n2; none of the four needs symmetry or sign.
@@ -27,17 +27,18 @@ struct RiccatiSigns {
 /// - M-matrix form X C X - A X - X D + B = 0, minimal nonnegative X: {A, D, B, C, {-1, -1, 1, 1}}.
 template <typename Scalar, int n1, int n2 = n1>
 struct AlgebraicRiccati {
-  Matrix<Scalar, n1, n1> A;
-  Matrix<Scalar, n2, n2> B;
-  Matrix<Scalar, n1, n2> Q;
-  Matrix<Scalar, n2, n1> S;
-  RiccatiSigns signs = {};
+  Matrix<Scalar, n1, n1> A;  ///< n1×n1
+  Matrix<Scalar, n2, n2> B;  ///< n2×n2
+  Matrix<Scalar, n1, n2> Q;  ///< n1×n2
+  Matrix<Scalar, n2, n1> S;  ///< n2×n1
+  RiccatiSigns signs = {};   ///< by default those of the filter equation
 };
 
+/// A solution, or why there is none.
 template <typename Scalar, int n1, int n2 = n1>
 struct AlgebraicSolution {
-  Matrix<Scalar, n1, n2> X = kernel::zeros<Matrix<Scalar, n1, n2>>();
-  Status status = Status::not_converged;
+  Matrix<Scalar, n1, n2> X = kernel::zeros<Matrix<Scalar, n1, n2>>();  ///< n1×n2; zero on refusal
+  Status status = Status::not_converged;  ///< ok, accepted_critical, or a refusal
   Scalar residual = 0;  ///< ‖A X + X B + Q - X S X‖ over the sum of the four terms' norms, in balanced units
   /// Claimed ‖X - true‖/‖X‖, below one: what rounding of the coefficients' last digit can do, and this solver
   /// with it. Where `shifted`, among critical equations and what was seen of neighbours: to one that is not

@@ -29,8 +29,8 @@ namespace jml {
 /// `substeps` equal steps over an interval, each with its own midpoint coefficients; at most `max_pieces`
 /// exponentials' lengths a step.
 struct DavisonMaki {
-  int substeps = 1;
-  int max_pieces = 4096;
+  int substeps = 1;       ///< over an interval, each with its own coefficients
+  int max_pieces = 4096;  ///< of a step; needs it more: step_limit
 };
 
 namespace detail {

@@ -19,10 +19,13 @@ namespace jml {
 /// Nobody asks what a step used. An observer is handed A by a prediction, and by a correction that is used
 /// the prediction, the slot D, R and the innovation (the smoother's is).
 struct Unobserved {
+  /// Nothing is done.
+  /// @{
   template <typename A>
   constexpr void transition(const A&) const {}
   template <typename X, typename D, typename R, typename Innovation>
   constexpr void correction(const X&, const D&, const R&, const Innovation&) const {}
+  /// @}
 };
 
 namespace detail {

@@ -8,8 +8,7 @@
 ///
 /// A nonsymmetric P may escape to infinity in finite time although Q ≥ 0 and R > 0: the quadratic term alone,
 /// Ṗ = -P Dᵀ R⁻¹ E P, has its pole where R + τ E P Dᵀ becomes singular. Where the symmetric part of that
-/// matrix is positive definite for a τ ahead there is none so near; that is the alarm of every integrator
-/// here.
+/// matrix is positive definite for a τ ahead there is none so near: every integrator's alarm.
 #pragma once
 
 #include <jml/factors.hpp>
@@ -33,9 +32,11 @@ struct FlowRecord {
 /// The coefficients of eq. (19) at one point; D, E, R are there with a measurement only.
 template <typename Scalar, int n, int p>
 struct RiccatiCoefficients {
-  Matrix<Scalar, n, n> A, B, noise;  ///< noise = G Q Gᵀ
-  Matrix<Scalar, n, p> W;            ///< Dᵀ R⁻¹
-  Matrix<Scalar, p, n> E;
+  Matrix<Scalar, n, n> A;      ///< slot, n×n
+  Matrix<Scalar, n, n> B;      ///< slot, n×n
+  Matrix<Scalar, n, n> noise;  ///< G Q Gᵀ, n×n
+  Matrix<Scalar, n, p> W;      ///< Dᵀ R⁻¹
+  Matrix<Scalar, p, n> E;      ///< slot, p×n
 };
 
 /// The right-hand side of (17), (19) for one interval: rule, model, sensor, control and the measurement y(t),
@@ -43,21 +44,22 @@ struct RiccatiCoefficients {
 template <typename Rule, typename D, typename S, typename Scalar_, typename Signal>
 class Flow {
  public:
-  using Scalar = Scalar_;
-  static constexpr int n = DynamicsTraits<D>::states;
-  static constexpr int p = SensorTraits<S>::measurements;
-  static constexpr bool measured = p > 0;
-  static constexpr bool symmetric = Rule::symmetric;
+  using Scalar = Scalar_;                                  ///< of the states
+  static constexpr int n = DynamicsTraits<D>::states;      ///< states
+  static constexpr int p = SensorTraits<S>::measurements;  ///< entries of the measurement
+  static constexpr bool measured = p > 0;                  ///< there is a sensor
+  static constexpr bool symmetric = Rule::symmetric;       ///< P is a covariance
   /// D is in the chart at a state of a space (continuous/chart_dynamics.hpp).
   static constexpr bool in_chart = requires { requires D::in_chart; };
-  using X = Vector<Scalar, n>;
-  using Square = Matrix<Scalar, n, n>;
-  using At = detail::Context<Scalar, D>;
-  using Report = FlowRecord<Scalar, n, p>;
-  using Coefficients = RiccatiCoefficients<Scalar, n, p>;
+  using X = Vector<Scalar, n>;                             ///< n
+  using Square = Matrix<Scalar, n, n>;                     ///< n×n
+  using At = detail::Context<Scalar, D>;                   ///< time, and control
+  using Report = FlowRecord<Scalar, n, p>;                 ///< what an interval leaves
+  using Coefficients = RiccatiCoefficients<Scalar, n, p>;  ///< of (19)
 
   /// What the functions of the model are given beside x and the time.
   using Given = std::conditional_t<in_chart, At, Vector<Scalar, DynamicsTraits<D>::controls>>;
+  /// Of a context.
   [[nodiscard]] static const Given& given(const At& at) {
     if constexpr (in_chart)
       return at;
@@ -65,6 +67,7 @@ class Flow {
       return at.control;
   }
 
+  /// Refers to its arguments.
   Flow(const Rule& rule, const D& dynamics, const ProcessNoise<Scalar, D>& process_noise, const S& sensor,
        const Signal& signal, const Given& given)
       : rule_(rule),
@@ -231,12 +234,13 @@ class Flow {
     return Status::ok;
   }
 
-  [[nodiscard]] const Matrix<Scalar, p, p>& R() const { return noise_.R; }
+  [[nodiscard]] const Matrix<Scalar, p, p>& R() const { return noise_.R; }  ///< of the sensor, p×p
   [[nodiscard]] const Matrix<Scalar, p, p>& information() const { return noise_.inverse; }  ///< R⁻¹
-  [[nodiscard]] const Rule& rule() const { return rule_; }
-  [[nodiscard]] const D& dynamics() const { return dynamics_; }
-  [[nodiscard]] const S& sensor() const { return sensor_; }
-  [[nodiscard]] Vector<Scalar, p> measured_at(double time) const { return signal_(time); }
+  [[nodiscard]] const Rule& rule() const { return rule_; }                                  ///< as given
+  [[nodiscard]] const D& dynamics() const { return dynamics_; }                             ///< as given
+  [[nodiscard]] const S& sensor() const { return sensor_; }                                 ///< as given
+  [[nodiscard]] Vector<Scalar, p> measured_at(double time) const { return signal_(time); }  ///< y, p
+  /// The context at a time, s.
   [[nodiscard]] At at(double time) const {
     if constexpr (in_chart) {
       At now = given_;

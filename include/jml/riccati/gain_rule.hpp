@@ -23,6 +23,7 @@ enum class Slot { jacobian, sdc };
 /// The same kind of matrix stands in both slots.
 template <auto a, auto b>
 inline constexpr bool same_slot = false;
+/// The same.
 template <auto a>
 inline constexpr bool same_slot<a, a> = true;
 
@@ -34,21 +35,22 @@ enum class EvaluatedAt { estimate, prediction };
 template <auto a, auto b, auto d, auto e, typename Reference_ = AboutOrigin,
           EvaluatedAt point = EvaluatedAt::estimate>
 struct GainRule {
-  using Reference = Reference_;
-  static constexpr auto A = a;
-  static constexpr auto B = b;
-  static constexpr auto D = d;
-  static constexpr auto E = e;
+  using Reference = Reference_;  ///< of the SDC matrices
+  static constexpr auto A = a;   ///< slot, see the table
+  static constexpr auto B = b;   ///< slot
+  static constexpr auto D = d;   ///< slot
+  static constexpr auto E = e;   ///< slot
   /// P is symmetric, a covariance to first order.
   static constexpr bool symmetric = same_slot<a, b> && same_slot<d, e>;
-  static constexpr EvaluatedAt evaluated_at = point;
-  static constexpr bool about_origin = std::is_same_v<Reference, AboutOrigin>;
+  static constexpr EvaluatedAt evaluated_at = point;  ///< where A and B are evaluated
+  static constexpr bool about_origin = std::is_same_v<Reference, AboutOrigin>;  ///< the reference is x = 0
+  /// The reference is the estimate.
   static constexpr bool about_estimate = std::is_same_v<Reference, AboutEstimate>;
   static constexpr bool uses_sdc =  ///< false: the reference plays no part
       !(same_slot<a, Slot::jacobian> && same_slot<b, Slot::jacobian> && same_slot<d, Slot::jacobian> &&
         same_slot<e, Slot::jacobian>);
 
-  [[no_unique_address]] Reference reference{};
+  [[no_unique_address]] Reference reference{};  ///< of a named point: that one
 
   /// The reference point r of F(x; r), given the estimate it would follow.
   template <typename Scalar, int n>
@@ -64,7 +66,7 @@ struct GainRule {
 
 /// The linear Kalman filter, eq. (7). Refuses at compile time a model that does not say it is linear.
 struct Kalman : GainRule<Slot::jacobian, Slot::jacobian, Slot::jacobian, Slot::jacobian> {
-  static constexpr bool linear_only = true;
+  static constexpr bool linear_only = true;  ///< such a model alone
 };
 
 /// The extended Kalman filter, eq. (16).
@@ -77,7 +79,7 @@ struct Sddre : GainRule<Slot::sdc, Slot::sdc, Slot::sdc, Slot::sdc, Reference, p
   constexpr Sddre()
     requires(std::is_empty_v<Reference>)  // a point must be given
   = default;
-  constexpr explicit Sddre(const Reference& about) { this->reference = about; }
+  constexpr explicit Sddre(const Reference& about) { this->reference = about; }  ///< about a reference point
 };
 
 /// The one-pass (non-iterative) joint maximum likelihood filter, eq. (14).
@@ -86,7 +88,7 @@ struct Jml : GainRule<Slot::sdc, Slot::jacobian, Slot::jacobian, Slot::sdc, Refe
   constexpr Jml()
     requires(std::is_empty_v<Reference>)  // a point must be given
   = default;
-  constexpr explicit Jml(const Reference& about) { this->reference = about; }
+  constexpr explicit Jml(const Reference& about) { this->reference = about; }  ///< about a reference point
 };
 
 /// The recursive nonlinear least squares filter (Rusnak 2018, eq. (19)): the JML row in continuous time.
@@ -95,7 +97,7 @@ struct Rnls : Jml<Reference> {
   constexpr Rnls()
     requires(std::is_empty_v<Reference>)
   = default;
-  constexpr explicit Rnls(const Reference& about) : Jml<Reference>(about) {}
+  constexpr explicit Rnls(const Reference& about) : Jml<Reference>(about) {}  ///< about a reference point
 };
 
 template <typename Reference, EvaluatedAt point>

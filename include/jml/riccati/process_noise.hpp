@@ -34,6 +34,7 @@ class ProcessNoise {
       q == 0 || (detail::ConstantHook<Q, D, X, At> &&
                  (identity_input || detail::ConstantHook<detail::hooks::DisturbanceInput, D, X, At>));
 
+  /// Asks a constant Q and G once.
   explicit ProcessNoise(const D& d) {
     if constexpr (constant) valid_ = form(d, kernel::zeros<X>(), At{}, noise_);
   }

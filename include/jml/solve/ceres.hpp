@@ -19,8 +19,8 @@ namespace jml {
 
 /// Minimises ½|r(u)|² with Ceres' trust region; the same interface as LevenbergMarquardt.
 struct Ceres {
-  static constexpr Solver solver = Solver::ceres;
-  int max_iterations = 200;
+  static constexpr Solver solver = Solver::ceres;  ///< its name in reports
+  int max_iterations = 200;                        ///< of the trust region
 
   /// A failure inside Ceres leaves u as it was and is reported; nothing is thrown across the step or printed.
   template <typename Problem, typename Scalar, int size>

@@ -25,21 +25,23 @@ namespace jml {
 template <int size>
 class CvodeSolver {
  public:
-  using State = Vector<double, size>;
+  using State = Vector<double, size>;       ///< `size` numbers
   static constexpr int max_refusals = 200;  ///< of the equations in one interval; then it is refused
 
+  /// Refused, where they are out of range, by integrate().
   explicit CvodeSolver(const CvodeOptions& options = {}) : options_(options) {}
-  CvodeSolver(const CvodeSolver& other) : options_(other.options_) {}
+  CvodeSolver(const CvodeSolver& other) : options_(other.options_) {}  ///< the options, and fresh memory
+  /// Likewise.
   CvodeSolver& operator=(const CvodeSolver& other) {
     options_ = other.options_;
     memory_.reset();
     return *this;
   }
-  CvodeSolver(CvodeSolver&&) noexcept = default;
-  CvodeSolver& operator=(CvodeSolver&&) noexcept = default;
+  CvodeSolver(CvodeSolver&&) noexcept = default;             ///< with its memory
+  CvodeSolver& operator=(CvodeSolver&&) noexcept = default;  ///< likewise
   ~CvodeSolver() = default;
 
-  [[nodiscard]] const CvodeOptions& options() const { return options_; }
+  [[nodiscard]] const CvodeOptions& options() const { return options_; }  ///< as given
 
   /// Moves z from time `from` to `to`, stopping exactly there; no evaluation lies beyond `to`.
   ///

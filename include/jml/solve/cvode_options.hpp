@@ -11,6 +11,7 @@
 
 namespace jml {
 
+/// How CVODE integrates.
 enum class CvodeMethod {
   adams,  ///< Adams-Moulton with fixed-point iteration: equations that are not stiff
   bdf,    ///< backward differentiation with Newton and a dense Jacobian: stiff equations
@@ -20,12 +21,13 @@ enum class CvodeMethod {
 /// ones. The scale is what the equations say (see CvodeSolver::integrate), else the size of the component;
 /// then one that becomes exactly zero needs an absolute tolerance, and is invalid_option without.
 struct CvodeOptions {
-  CvodeMethod method = CvodeMethod::adams;
-  double relative_tolerance = 1e-9;
-  double absolute_tolerance = 0;      ///< of every component, in its unit
-  int max_steps = 100000;             ///< over one interval
-  double first_step = 0;              ///< s; 0: CVODE's choice
-  double min_step = 0, max_step = 0;  ///< s; 0: no limit
+  CvodeMethod method = CvodeMethod::adams;  ///< for equations that are not stiff
+  double relative_tolerance = 1e-9;         ///< of each component's scale
+  double absolute_tolerance = 0;            ///< of every component, in its unit
+  int max_steps = 100000;                   ///< over one interval
+  double first_step = 0;                    ///< s; 0: CVODE's choice
+  double min_step = 0;                      ///< s; 0: no limit
+  double max_step = 0;                      ///< s; 0: no limit
   /// Of each component by itself, in its unit; as many as there are components, or none.
   std::vector<double> absolute_tolerances = {};
 };
@@ -46,10 +48,11 @@ struct CvodeOptions {
 
 /// What one interval cost and how it ended.
 struct CvodeReport {
-  Status status = Status::ok;
-  int code = CV_SUCCESS;  ///< CVODE's own return code
-  long steps = 0, evaluations = 0;
-  bool restarted = false;  ///< order and step were started afresh
+  Status status = Status::ok;  ///< ok, or why it ended before
+  int code = CV_SUCCESS;       ///< CVODE's own return code
+  long steps = 0;              ///< of CVODE
+  long evaluations = 0;        ///< of the equations
+  bool restarted = false;      ///< order and step were started afresh
 };
 
 /// A CVODE return code as a Status; `reason`: what the equations last refused with.

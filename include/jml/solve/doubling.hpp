@@ -22,10 +22,10 @@ namespace jml {
 /// What a doubling iteration found.
 template <typename Scalar, int n1, int n2>
 struct DoublingResult {
-  Matrix<Scalar, n1, n2> Z;
-  bool converged = false;
-  int iterations = 0;
-  Scalar gain = 0;  ///< estimate from above of ‖Z‖/‖R‖ in the linearised equation: 1/sep
+  Matrix<Scalar, n1, n2> Z;  ///< n1×n2
+  bool converged = false;    ///< its certificate is small
+  int iterations = 0;        ///< doublings made
+  Scalar gain = 0;           ///< estimate from above of ‖Z‖/‖R‖ in the linearised equation: 1/sep
 };
 
 namespace kernel {

@@ -20,9 +20,10 @@ namespace jml {
 /// the Hessian of ½|r|², and the damping grows until the sum is positive definite. Where the problem has
 /// `still`, a gradient no longer than that is the end.
 struct LevenbergMarquardt {
-  static constexpr Solver solver = Solver::levenberg_marquardt;
-  int max_iterations = 100;
+  static constexpr Solver solver = Solver::levenberg_marquardt;  ///< its name in reports
+  int max_iterations = 100;  ///< of steps, those that are taken back included
 
+  /// u: the start, then the best point found.
   template <typename Problem, typename Scalar, int size>
   JML_RARE SolverReport minimize(const Problem& problem, Vector<Scalar, size>& u) const {
     constexpr int rows = Problem::residuals;

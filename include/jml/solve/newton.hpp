@@ -11,8 +11,8 @@ namespace jml {
 
 /// What a bounded solver did.
 struct SolverReport {
-  bool converged = false;
-  int iterations = 0;
+  bool converged = false;  ///< to its tolerance
+  int iterations = 0;      ///< steps made
 };
 
 /// Newton steps, halved until the largest scaled residual falls.

@@ -12,7 +12,7 @@ namespace jml {
 
 /// `substeps` equal steps over an interval: order 4, explicit, four evaluations each.
 struct RungeKutta4 {
-  int substeps = 1;
+  int substeps = 1;  ///< of equal length
 };
 
 /// One explicit step of order 1 over an interval.
@@ -21,8 +21,8 @@ struct Euler {};
 /// A state and a matrix that move together.
 template <typename X, typename Square>
 struct StateAndMatrix {
-  X x;
-  Square P;
+  X x;       ///< of n
+  Square P;  ///< n×n
 };
 
 namespace detail {
@@ -85,6 +85,7 @@ template <int unrolled = 0, typename Point, typename Scalar, typename Slope>
   detail::copy_to(end, sum);
   return status;
 }
+/// One of order 1.
 template <typename Point, typename Scalar, typename Slope>
 [[nodiscard]] JML_INLINE inline Status explicit_step(const Euler&, const Point& start, Scalar h, Point& end,
                                                      const Slope& slope) {
