@@ -5,28 +5,10 @@
 
 #include <boost/math/distributions/students_t.hpp>
 #include <jml/campaign/accumulator.hpp>
+#include <jml/campaign/options.hpp>
 #include <memory>
 
 namespace jml {
-
-/// How a campaign is run.
-struct CampaignOptions {
-  std::int64_t runs = 1000;  ///< flights; at least 1
-  std::uint64_t seed = 1;    ///< of CounterNoise: another one, other noise
-  int threads = 0;           ///< of this process; 0: as many as the machine has
-  std::string journal{};     ///< path of a file that keeps finished blocks; empty: none
-  std::string
-      version{};         ///< anything that names the state of the user's code; part of the journal's identity
-  int blocks = 128;      ///< runs are added in this many blocks, whatever the threads; at most `runs`
-  bool progress = true;  ///< on stderr, where that is a terminal
-  /// A part of the campaign, for one machine of many: `count` blocks from block `first` (from 0) on; a count
-  /// of 0: all that follow. The figures are then those of these runs alone; the journal is what they are
-  /// merged from.
-  int first = 0, count = 0;
-  /// Journals of such parts, read and left as they are: their blocks are taken over, and what none of them
-  /// has is flown. The result is that of the whole campaign on one machine, to the bit.
-  std::vector<std::string> parts{};
-};
 
 /// A number from the runs. NaN where there are too few of them.
 struct Figure {
@@ -256,6 +238,7 @@ class CampaignResult {
     const detail::Moments m{data_->sums.data() + at};
     return detail::mean_figure(m.count(), estimator < other ? m.sum() : -m.sum(), m.squares());
   }
+  /// The same by name.
   [[nodiscard]] Figure difference(const std::string& estimator, const std::string& other) const {
     return difference(index_of(estimator), index_of(other));
   }
