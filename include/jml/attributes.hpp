@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// Attributes of functions and lambdas, each behind one spelling.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 /// A step is one chain of small functions: each is inlined, so that sizes and zeros are known where they are
@@ -16,3 +17,4 @@
 #define JML_NOINLINE __attribute__((noinline))
 /// The same, of which moreover size and compile time count, not speed: what a healthy flight never asks for.
 #define JML_RARE __attribute__((noinline, cold))
+#include <jml/warnings_end.hpp>

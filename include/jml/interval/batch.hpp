@@ -2,6 +2,7 @@
 /// @file
 /// The whole-interval joint maximum likelihood estimator: the trajectory of least J (Rusnak 2015, eq. (5))
 /// given all measurements of a flight.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <array>
@@ -259,3 +260,4 @@ Batch(D, Sensors<S...>, const Estimate<Scalar, n, m>&, Capacity, double = 0)
     -> Batch<D, Sensors<S...>, Scalar>;
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

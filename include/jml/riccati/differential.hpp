@@ -10,6 +10,7 @@
 /// Ṗ = -P Dᵀ R⁻¹ E P, has its pole where R + τ E P Dᵀ becomes singular. Where the symmetric part of that
 /// matrix is positive definite for a τ ahead there is none so near; that is the alarm of every integrator
 /// here.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/factors.hpp>
@@ -296,3 +297,4 @@ class Flow {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>
