@@ -3,6 +3,7 @@
 cmake_path(ABSOLUTE_PATH CURRENT_PORT_DIR NORMALIZE OUTPUT_VARIABLE port)
 cmake_path(SET SOURCE_PATH NORMALIZE "${port}/../../../../..")
 
+set(VCPKG_BUILD_TYPE release)  # headers alone
 vcpkg_cmake_configure(
   SOURCE_PATH "${SOURCE_PATH}"
   OPTIONS -DJML_BUILD_TESTS=OFF -DJML_BUILD_EXAMPLES=OFF -DJML_BUILD_BENCHMARKS=OFF
@@ -11,8 +12,6 @@ vcpkg_cmake_install()
 vcpkg_cmake_config_fixup(CONFIG_PATH share/cmake/jml)
 vcpkg_fixup_pkgconfig()
 
-# Headers alone: nothing of a debug build, and nothing compiled.
-set(VCPKG_BUILD_TYPE release)
-file(REMOVE_RECURSE "${CURRENT_PACKAGES_DIR}/debug" "${CURRENT_PACKAGES_DIR}/lib" "${CURRENT_PACKAGES_DIR}/share/doc")
+file(REMOVE_RECURSE "${CURRENT_PACKAGES_DIR}/lib" "${CURRENT_PACKAGES_DIR}/share/doc")
 vcpkg_install_copyright(FILE_LIST "${SOURCE_PATH}/LICENSE")
 file(INSTALL "${CMAKE_CURRENT_LIST_DIR}/usage" DESTINATION "${CURRENT_PACKAGES_DIR}/share/jml")
