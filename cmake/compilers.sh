@@ -9,8 +9,7 @@ set -uo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 out=${1:-$root/build/compilers}
 mkdir -p "$out"
-programs=(examples/first_filter examples/bounded_noise examples/continuous_filter examples/stop_and_go_on
-          tests/riccati/refusals_test tests/riccati/linear_references_test)
+programs=(examples/first_filter examples/bounded_noise examples/continuous_filter tests/riccati/refusals_test)
 googletest=/usr/src/googletest/googletest  # of libgtest-dev: for what cannot link the installed library
 
 version_of() { sed -n 's/^#define EIGEN_'"$2"'_VERSION \([0-9]*\).*/\1/p' "$1"/Eigen/Version "$1"/Eigen/src/Core/util/Macros.h 2>/dev/null | head -1; }
