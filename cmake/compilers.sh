@@ -38,7 +38,7 @@ row() {
     return
   fi
   for name in "${programs[@]}"; do
-    local flags=("-std=c++$standard" -O1 -DJML_PLAIN_INLINING -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror
+    local flags=("-std=c++${standard/23/2b}" -O1 -DJML_PLAIN_INLINING -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror
                  "-I$root/include" "-I$root/tests" -isystem "$eigen" "$@")
     local rest=()
     if [[ $name == tests/* ]]; then
