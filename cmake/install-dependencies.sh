@@ -11,7 +11,7 @@ packages=(
   librandom123-dev nlohmann-json3-dev libboost-dev  # component jml::campaign
   libopenmpi-dev openmpi-bin            # component jml::mpi
   libcli11-dev                          # the campaign program in examples/
-  libgtest-dev libgmock-dev             # tests
+  libgtest-dev libgmock-dev pkgconf     # tests
   libbenchmark-dev                      # benchmarks
   gnuplot-nox                           # the demo's figures
   doxygen                               # the reference: target docs

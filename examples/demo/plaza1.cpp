@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Real data: a robot finds its way by odometry and by ranges to four radio tags, Plaza 1
-// (data/plaza1/README.md).
+// (examples/data/plaza1/README.md).
 //
 // One row of odometry is one step, and its distance and turn are the control input. The ranges that arrived
 // during a row are used at its end: the first one together with the row, filter.step(), because the iterated

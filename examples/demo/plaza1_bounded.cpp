@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Real data with bounds alone: Plaza 1 (data/plaza1/README.md), where the robot can be.
+// Real data with bounds alone: Plaza 1 (examples/data/plaza1/README.md), where the robot can be.
 //
 // The range error is taken as 2.75 ± 4.25 m, read off these same data: it holds for every range. For the
 // error of an odometry row along and across the heading two bounds are tried: 5 cm + 150 % of the way, which

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Real data once more, Plaza 1 (data/plaza1/README.md): the whole flight at once, and fixed lags in between.
+// Real data once more, Plaza 1 (examples/data/plaza1/README.md): the whole flight at once, and fixed lags in between.
 //
 // Rows of odometry and ranges are used as in plaza1.cpp. The ranges of two stretches stand in the file up to
 // 64 s too late; here they are put in order of time first, and the file's own order serves as a test of

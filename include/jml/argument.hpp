@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// What a caller gives for a vector or matrix of compile-time size: its size is checked before it is read.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <concepts>
@@ -131,3 +132,4 @@ class Argument : public Matrix<Scalar, rows, cols> {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// Time that does not drift: a sum of steps, with what rounding took from it kept beside it.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/attributes.hpp>
@@ -37,3 +38,4 @@ class Clock {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

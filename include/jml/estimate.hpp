@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// The pair that every filter carries from sample to sample.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/argument.hpp>
@@ -61,3 +62,4 @@ template <typename X, typename Number>
 Estimate(const Eigen::MatrixBase<X>&, Number) -> Estimate<typename X::Scalar, X::RowsAtCompileTime>;
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

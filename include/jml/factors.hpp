@@ -3,6 +3,7 @@
 /// Small factorisations of compile-time size: L D Lᵀ, LU, and a root of any rank. Pivots are judged against
 /// the rounding of the entry they came from, so no test depends on units. Eigen's own cost 40 % of a
 /// two-state step.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/kernels.hpp>
@@ -283,3 +284,4 @@ struct SemidefiniteFactor {
 };
 
 }  // namespace jml::kernel
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// Chi-square tails for whole degrees of freedom, and the innovation gate built on them.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cmath>
@@ -71,3 +72,4 @@ struct Gate {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -7,6 +7,7 @@
 /// jml::ceres solve/ceres.hpp; with component jml::cvode continuous/cvode.hpp and
 /// analysis/stability_region.hpp; with component jml::campaign campaign/campaign.hpp and
 /// analysis/consistency.hpp, with jml::mpi campaign/campaign_mpi.hpp.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/analysis/lyapunov.hpp>
@@ -39,3 +40,4 @@
 #include <jml/model/sphere.hpp>
 #include <jml/operations/health.hpp>
 #include <jml/riccati/davison_maki.hpp>
+#include <jml/warnings_end.hpp>

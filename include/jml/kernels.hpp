@@ -6,6 +6,7 @@
 /// packets) and a symmetric product is computed twice. Here a column of the result stays in registers, an
 /// odd length is covered by ever smaller packets, and a symmetric result is computed
 /// as one triangle of blocks and mirrored: exactly symmetric. bench/ holds the figures.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cstring>
@@ -233,3 +234,4 @@ JML_NOINLINE void accumulate(const Matrix<Scalar, rows, inner>& a, const Matrix<
 }
 
 }  // namespace jml::kernel
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// The few questions the estimators ask of fixed-size matrices: finite, symmetric, definite, a covariance.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cmath>
@@ -143,3 +144,4 @@ template <typename Scalar, int p>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// Fixed-size vectors and matrices (Eigen's), and the small functions of them that the library is written in.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <Eigen/Core>
@@ -292,3 +293,4 @@ inline void set_block(Matrix<Scalar, r, c>& a, int i0, int j0, const Matrix<Scal
 }  // namespace kernel
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

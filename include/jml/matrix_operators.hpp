@@ -5,6 +5,7 @@
 /// Inside the library a + b of two matrices of one fixed size is a matrix, made by a loop, and not an Eigen
 /// expression: each new type of expression costs the compiler as much as a page of plain code, and a filter
 /// met a hundred of them. A user's own code, outside namespace jml, keeps Eigen's operators.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/matrix.hpp>
@@ -154,3 +155,4 @@ template <typename Scalar, int rows, int cols, int options>
 using namespace operators;
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

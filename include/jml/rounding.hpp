@@ -7,6 +7,7 @@
 /// of each state given those before it; what pivot i came from, N_ii and through L_ik all that those before
 /// it came from, over D_i is what rounding has grown by. Negative eigenvalues alone miss two thirds of the
 /// lost ones, variances alone all but a few.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/strips.hpp>
@@ -142,3 +143,4 @@ template <typename Scalar>
 inline constexpr Scalar worst_error = std::is_same_v<Scalar, float> ? Scalar(1e-2) : Scalar(1e-3);
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

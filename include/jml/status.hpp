@@ -2,6 +2,7 @@
 /// @file
 /// What a step or a solver can answer. Every refusal has a name, and none of them touches the last good
 /// estimate.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cstdint>
@@ -198,3 +199,4 @@ auto operator<<(Stream& out, Status status) -> decltype(out << describe(status))
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// Columns of a compile-time length, walked in packets from or to a row that is known at run time only: what
 /// factorisations need beside the products of kernels.hpp.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cstdint>
@@ -264,3 +265,4 @@ JML_INLINE inline void add_weighted_squares(const Matrix<Scalar, n, n>& a, const
 }
 
 }  // namespace jml::kernel
+#include <jml/warnings_end.hpp>

@@ -4,6 +4,7 @@
 ///
 /// Sums and products by the error-free transformations of Knuth and Dekker (T. J. Dekker 1971), the error of
 /// a product by one fused multiply-add. Relative error of an operation: a few ε².
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cmath>
@@ -121,3 +122,4 @@ template <typename Scalar>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -7,6 +7,7 @@
 /// column j of U is then a direction of which nothing is known yet. Sizes are arguments, so that one copy of
 /// this rare code serves every filter of a program. Matrices column by column; nothing below the unit
 /// diagonal of U.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cstdint>
@@ -291,3 +292,4 @@ struct ExtendedUd {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -6,6 +6,7 @@
 /// Bierman, Factorization Methods for Discrete Sequential Estimation, 1977, chapters V and VI; theory of
 /// their limits: ud_extended.hpp). The inner loops run down columns in packets. Entries below the diagonal of
 /// U are zero and its diagonal is one, so that a packet may reach over them.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/strips.hpp>
@@ -219,3 +220,4 @@ JML_INLINE inline void correct_row(UdFactors<Scalar, n>& P, const Scalar* h, Sca
 }  // namespace kernel
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

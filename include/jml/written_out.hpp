@@ -2,6 +2,7 @@
 /// @file
 /// Loops that are written out where they are short, so that the optimiser sees single numbers in registers
 /// where it would else see an array.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/attributes.hpp>
@@ -43,3 +44,4 @@ JML_INLINE inline void repeat(const F& f) {
 }
 
 }  // namespace jml::kernel
+#include <jml/warnings_end.hpp>

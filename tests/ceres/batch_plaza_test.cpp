@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Two engines, one real recording: Plaza 1 (data/plaza1/README.md), 9657 steps of seven states, G Q Gᵀ of
+// Two engines, one real recording: Plaza 1 (examples/data/plaza1/README.md), 9657 steps of seven states, G Q Gᵀ of
 // rank six and turning with the heading, ranges with outliers.
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The recording of Plaza 1 (data/plaza1/README.md), and where the estimators of its demos start.
+// The recording of Plaza 1 (examples/data/plaza1/README.md), and where the estimators of its demos start.
 #pragma once
 
 #include <algorithm>

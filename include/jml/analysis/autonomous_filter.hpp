@@ -3,6 +3,7 @@
 /// The state-dependent algebraic Riccati filter without input, ẋ = f(x) - V(x)HᵀR⁻¹h(x) (McCaffrey 1998, eq.
 /// (8) with dy = 0), run until it is at rest or lost: how far beyond a certified region does it still
 /// converge? CVODE integrates (component jml::cvode).
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/analysis/characteristic.hpp>
@@ -130,3 +131,4 @@ template <ContinuousDynamics D, typename S>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

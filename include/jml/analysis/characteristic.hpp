@@ -13,6 +13,7 @@
 ///
 /// G, Q and R must be constants: with G(x), λ̇ would have the term -½ ∂(λᵀGQGᵀλ)/∂x, with R(x) another, and
 /// neither is derived here. Refused at compile time.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -225,3 +226,4 @@ struct Characteristic {
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

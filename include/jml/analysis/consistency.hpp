@@ -17,6 +17,7 @@
 /// wrong P_0 is seen only while it is remembered, and what no measurement sees only by NEES.
 ///
 /// One in twenty right filters fails at 95 %: where many averages are looked at, ask for more.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <boost/math/distributions/binomial.hpp>
@@ -174,3 +175,4 @@ class Consistency {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

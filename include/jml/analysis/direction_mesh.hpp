@@ -2,6 +2,7 @@
 /// @file
 /// The mesh of directions of stability_region.hpp: two points (n = 1), a closed polygon (n = 2), a
 /// triangulated sphere (n = 3). Vertices are numbers of rays; the mesh knows nothing of where they are.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <algorithm>
@@ -77,3 +78,4 @@ struct DirectionMesh {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -11,6 +11,7 @@
 /// (31) exchanges factors of the last term: it is equal where Mᵀ R⁻¹ m_x is symmetric (one measurement whose
 /// M and m_x are parallel) and not in general. For the SDDRE row of a symmetric P it is (28) without the
 /// factor ½ that (27) has. P⁻¹ is only ever applied to x.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/factors.hpp>
@@ -100,3 +101,4 @@ template <OnePassRule Rule, ContinuousDynamics D, typename S, typename Scalar, i
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

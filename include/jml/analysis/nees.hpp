@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// The normalised estimation error squared.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/factors.hpp>
@@ -26,3 +27,4 @@ template <typename Error, typename Covariance>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -20,6 +20,7 @@
 ///
 /// Observability of (F, M) is controllability of (Fᵀ, Mᵀ). Both are more than what Conjecture 1 asks
 /// (detectable, stabilisable).
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/analysis/rank.hpp>
@@ -197,3 +198,4 @@ struct SdcAlongTrajectory {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

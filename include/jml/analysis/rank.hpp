@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// The staircase behind the ranks of observability.hpp, where it is explained.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/factors.hpp>
@@ -169,3 +170,4 @@ PairRank<Scalar> staircase(Matrix<Scalar, n, n> F, Matrix<Scalar, n, q> L, Scala
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -7,6 +7,7 @@
 /// numbers can tell. It starts midway between its neighbours at the first level where they were 1e-4 apart,
 /// where the mean of the two is on the manifold to 1e-9; and what is off the manifold dies out along the
 /// flow. S of the mean is that of the cubic through both, S - (λ₂ - λ₁)ᵀ(x₂ - x₁)/8.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/analysis/direction_mesh.hpp>
@@ -216,3 +217,4 @@ class StabilityContinuation : public StabilityRays<D, S> {
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// What stability_region() is asked, and the words for what limits its answer.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/analysis/characteristic.hpp>
@@ -78,3 +79,4 @@ struct StabilityRay {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// The rays of stability_region.hpp: each a characteristic with one point a level, every point put to the
 /// test, and a failure traced to the level where it begins.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/analysis/stability_options.hpp>
@@ -288,3 +289,4 @@ class StabilityRays {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -20,6 +20,7 @@
 /// levels where a peak shows, and more finely round the ray that fails first. What is narrower than the
 /// reported resolution can be missed, and so can a mesh that meets itself without a fold. What the
 /// integration and the first ellipsoid may be off is taken from the level.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/analysis/autonomous_filter.hpp>
@@ -115,3 +116,4 @@ template <ContinuousDynamics D, Sensor S>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

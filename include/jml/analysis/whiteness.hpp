@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// Are the innovations of a filter white? The portmanteau test over lags (component jml::campaign).
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/analysis/consistency.hpp>
@@ -137,3 +138,4 @@ class Whiteness {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -6,6 +6,7 @@
 /// states that can be reached, met with those that can have been measured. Were the density uniform in it,
 /// its centre would be the conditional mean, eq. (2.31), and (d - c)²/12 the variance of its error, (2.34).
 /// Source: bounded-noise dissertation, chapters II and III.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/bounded/guaranteed_box.hpp>
@@ -121,3 +122,4 @@ struct MethodOf<Rule> {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// What a bounded-noise step reports.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/report.hpp>
@@ -23,3 +24,4 @@ struct BoundedReport : Report<Scalar, p> {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// The bounds of disturbance and noise that a model states, |w| ≤ ū and |v| ≤ b, as a bounded-noise estimator
 /// reads them.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/bounded/interval.hpp>
@@ -126,3 +127,4 @@ Matrix<Interval<Scalar>, n, DynamicsTraits<D>::disturbances> disturbance_input_o
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

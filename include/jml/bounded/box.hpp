@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// A box: a lower and an upper bound for each state.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/argument.hpp>
@@ -83,3 +84,4 @@ Box(const Eigen::MatrixBase<L>&, const Eigen::MatrixBase<U>&)
     -> Box<typename L::Scalar, L::RowsAtCompileTime>;
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// Boxes as intervals, and what a guaranteed step does with them.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/bounded/bounded_report.hpp>
@@ -51,3 +52,4 @@ template <typename Scalar, int n, int columns>
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -5,6 +5,7 @@
 ///
 /// x⁺ = f(x) + G₂ u, u⁺ = f₁(u) + G₁ w: of a linear pair [F₂ G₂; 0 F₁] and [0; G₁]. Bounded-noise
 /// dissertation, eqs. (2.35)-(2.42), which puts u above x; its scan of (2.39) is garbled.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/bounded/bounds.hpp>
@@ -151,3 +152,4 @@ template <typename Plant, typename Shaping, typename S>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

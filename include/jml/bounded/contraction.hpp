@@ -7,6 +7,7 @@
 /// states. With a row of H and the measurement's interval it is eqs. (2.13)-(2.30) of the bounded-noise
 /// dissertation, and any linear combination beyond them; with a row of an interval Jacobian the mean-value
 /// form of a nonlinear sensor, or of the dynamics backward.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/bounded/interval.hpp>
@@ -93,3 +94,4 @@ template <typename Coefficient, typename Side, int rows, int n, typename Target>
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -8,6 +8,7 @@
 /// cuts the corrected box again. Beside the box goes a zonotope, which remembers which states move together:
 /// a measurement then bounds what it does not see, for good.
 /// Beyond the bounded-noise dissertation, whose box is linearised.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/bounded/bounds.hpp>
@@ -233,3 +234,4 @@ struct Guaranteed {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -12,6 +12,7 @@
 /// What an interval cannot know: that two operands depend on each other. x - x is [-width, width]. One case
 /// is seen: a product of an object with itself, x(0) * x(0), is a square, for an object stands for one
 /// number.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <algorithm>
@@ -296,3 +297,4 @@ struct ScalarBinaryOpTraits<Number, jml::Interval<Base>, BinaryOp> {
 };
 
 }  // namespace Eigen
+#include <jml/warnings_end.hpp>

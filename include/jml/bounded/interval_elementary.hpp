@@ -13,6 +13,7 @@
 ///
 /// Include <jml/bounded/interval_functions.hpp>, which has these, those of two arguments and those of dual
 /// numbers.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/bounded/interval.hpp>
@@ -196,3 +197,4 @@ Interval<B> fabs(const Interval<B>& a) {
 /// @}
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -6,6 +6,7 @@
 /// Dual<Interval, n> encloses a function and its partial derivatives over a box. Where a function has a kink,
 /// the "derivative" is the hull of the slopes on both sides: f(y) - f(x) = J (y - x) holds for some J inside,
 /// which is all that a mean-value enclosure uses.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/bounded/interval_elementary.hpp>
@@ -208,3 +209,4 @@ Dual<Interval<B>, n> pow(const Dual<Interval<B>, n>& a, const Dual<Interval<B>, 
 /// @}
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -6,6 +6,7 @@
 /// misprint, (3.31) has it right) and |G| ū for G ū, so that G may have entries of either sign. Correction,
 /// eqs. (2.13)-(2.30), here for any linear combination of the states and, linearised, any m.
 /// Exact for linear models; for others an approximation: the truth may leave the box.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/bounded/bounded_report.hpp>
@@ -116,3 +117,4 @@ struct Linearised {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -3,6 +3,7 @@
 /// Cutting a box with a measurement, for certain: the mean-value form of m over the box, y - v = m(x̂) +
 /// m_x(box) (x - x̂), row by row and state by state, again while it pays; where a slope has no certain sign,
 /// slices.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <algorithm>
@@ -131,3 +132,4 @@ struct MeasuredBox {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

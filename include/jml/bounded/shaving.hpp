@@ -5,6 +5,7 @@
 /// The mean-value form cannot cut along a state whose derivative may be zero: a range, seen from a box wide
 /// enough to lie on both sides of the tag. The range of m over a slice at the box's side, by interval
 /// evaluation, can still miss y ± b, and then no state of the slice was measured (shaving, Lhomme 1993).
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/bounded/contraction.hpp>
@@ -57,3 +58,4 @@ void shave(const S& s, Vector<Interval<Scalar>, n>& box, int state, const Vector
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -7,6 +7,7 @@
 /// least |T|², row by row, as a Kalman gain (Combastel 2015): it does not depend on units. Beyond the
 /// bounded-noise dissertation, whose box of an unmeasured state may grow without limit.
 /// Everything is rounded outward: what the arithmetic may lose is added to the axes.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/bounded/box.hpp>
@@ -136,3 +137,4 @@ class Zonotope {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -4,6 +4,7 @@
 /// blocks of runs can be added, stored and sent.
 ///
 /// Sums of e, e², e⁴ give the mean error, its mean square and the standard error of both.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <boost/align/aligned_allocator.hpp>
@@ -225,3 +226,4 @@ void add_refusals(const TallyLayout& layout, int estimator, int first, int last,
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -5,6 +5,7 @@
 ///
 /// A run's random numbers depend on the seed and its own number alone, so results are the same to the bit for
 /// any number of threads, after any interruption, and for a single run replayed.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/campaign/campaign_engine.hpp>
@@ -246,3 +247,4 @@ class Campaign {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -5,6 +5,7 @@
 ///
 /// A block is computed by one thread, run after run, and blocks are added in the order of their numbers: the
 /// sums are the same to the bit for any number of threads.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <atomic>
@@ -281,3 +282,4 @@ inline CampaignResult run_plan(const CampaignPlan& plan) {
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// What a campaign (component jml::campaign) asks of an estimator, and how it reads the answers.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/analysis/nees.hpp>
@@ -120,3 +121,4 @@ void read_report(const Report& report, CampaignRow<n>& row) {
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

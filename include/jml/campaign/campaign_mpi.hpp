@@ -6,6 +6,7 @@
 /// Ranks ask for blocks as they finish them. Blocks are added in the order of their numbers on rank 0, so the
 /// result is that of the plain run. Across machines the bits are equal where their mathematical libraries
 /// answer alike.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 // The C interface alone.
@@ -254,3 +255,4 @@ template <typename Scenario, typename... E>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -3,6 +3,7 @@
 /// The files of a campaign (component jml::campaign): CSV of all samples, JSON summary, JSON of the times.
 ///
 /// Numbers are the shortest text that reads back to the same double, so equal figures give equal bytes.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <charconv>
@@ -175,3 +176,4 @@ inline bool CampaignResult::write_timings(const std::string& path) const {
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

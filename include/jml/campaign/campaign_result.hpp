@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// What a campaign found (component jml::campaign): figures with their standard errors, read from its sums.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <boost/math/distributions/students_t.hpp>
@@ -288,3 +289,4 @@ inline double CampaignResult::share_inside() const {
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -6,6 +6,7 @@
 /// implementation is Random123's) enciphers a counter under a key. Key: the seed. Counter: the run and the
 /// number of the draw. So a run's numbers depend on nothing that another run did, and any run can be replayed
 /// alone.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <Random123/philox.h>
@@ -67,3 +68,4 @@ class CounterNoise : public Distributions<CounterNoise> {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

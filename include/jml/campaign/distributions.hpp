@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// What is drawn from standard uniform and normal numbers, whatever makes these.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cmath>
@@ -34,3 +35,4 @@ class Distributions {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// One run of a campaign (component jml::campaign): the true states and what the sensor measured, and how to
 /// fly any discrete model.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/campaign/counter_noise.hpp>
@@ -173,3 +174,4 @@ void simulate(const D& d, const S& s, const Vector<double, n>& x0, const W& dist
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

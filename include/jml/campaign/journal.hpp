@@ -6,6 +6,7 @@
 /// The file: 8 bytes of magic, then frames {length, CRC-64, bytes}. The first frame is the identity of the
 /// campaign as JSON text; each other one is a block, in the machine's own byte order. A frame is appended by
 /// one write; a torn last one fails its length or checksum and is cut off at the next start.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <fcntl.h>
@@ -245,3 +246,4 @@ class Journal {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// Random numbers that do not depend on the standard library (log and cos may differ in the last place), for
 /// tests, demos and campaigns.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cmath>
@@ -34,3 +35,4 @@ class Noise : public Distributions<Noise> {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// How a campaign is run (component jml::campaign).
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cstdint>
@@ -29,3 +30,4 @@ struct CampaignOptions {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

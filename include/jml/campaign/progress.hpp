@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// How far a campaign is (component jml::campaign), as a line on the terminal. POSIX.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <unistd.h>
@@ -69,3 +70,4 @@ class Progress {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -4,6 +4,7 @@
 ///
 /// The filter runs in short legs between two readings of the clock; what is computed from its answers (NEES,
 /// NIS, one-step cost) is computed after the leg, outside the filter's time.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <algorithm>
@@ -228,3 +229,4 @@ class Worker {
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -7,6 +7,7 @@
 ///
 /// The state moves little from one solution to the next, so each one starts from the last
 /// (riccati/algebraic.hpp).
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/continuous/algebraic_step.hpp>
@@ -163,3 +164,4 @@ struct PartsOf<Algebraic<Rule>> {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// One interval of the state-dependent algebraic Riccati filter: solutions along a Runge-Kutta step, or one
 /// for a sample. The equations: continuous/algebraic.hpp.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/continuous/signal.hpp>
@@ -182,3 +183,4 @@ template <typename Method, typename Belief, typename At>
 AlgebraicStep(const Method&, Belief&, const At&) -> AlgebraicStep<Method, Belief, At>;
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

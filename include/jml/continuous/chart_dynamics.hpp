@@ -9,6 +9,7 @@
 /// it x leaves the flow of f by K ν, and P then moves as a correction's, in the chart at where x is. Seen
 /// from the one at `from` that is A b - J⁻¹ ψ''[K ν, b], ψ(z) = (from ⊞ z) ⊟ x (a Christoffel symbol): so the
 /// answer does not depend on where the chart is.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/model/chart.hpp>
@@ -182,3 +183,4 @@ struct ChartSensor {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

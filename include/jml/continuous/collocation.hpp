@@ -7,6 +7,7 @@
 /// Σ h b_i ½ [w_iᵀQ⁻¹w_i + (y_i - m(X_i))ᵀR⁻¹(y_i - m(X_i))] over the w_i is the same method applied to the
 /// two-point problem (12) of Rusnak (2018) itself, its costate of order 6 too. Whitened: G w_j = B β_j / √(h
 /// b_j) with B Bᵀ = G Q Gᵀ, so that the first term is ½|β|².
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <array>
@@ -181,3 +182,4 @@ class CollocatedStep {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// The filter in continuous time: a rule of Table 1 over ẋ = f(x) + G w, moved from sample to sample by an
 /// integrator (Rusnak 2018, eqs. (17)-(19)), or, with discrete measurements, between them.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/continuous/continuous_in_space.hpp>
@@ -254,3 +255,4 @@ struct PartsOf<Continuous<Rule, Integrator>> {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

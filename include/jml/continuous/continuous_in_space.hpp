@@ -7,6 +7,7 @@
 /// in its space, and P ← J P Jᵀ with the slope of the chart. An integrator that chooses its steps goes on in
 /// another chart where one ends; of a fixed one a turn beyond its chart (2.7 rad of an attitude, 1.9 of a
 /// direction) is refused, step_too_long.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <algorithm>
@@ -153,3 +154,4 @@ struct LocalFor<Continuous<Rule, I>, D> {
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -14,6 +14,7 @@
 /// the errors that the steps may make, each grown by the coefficients, might sum up to a tenth of it, the
 /// interval is integrated a second time with ten times the tolerances, and if the two differ with a hundredth
 /// of them; where that differs too, it is accuracy_not_met. The first interval always goes this way.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/continuous/continuous.hpp>
@@ -227,3 +228,4 @@ template <typename Engine, typename Flow>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -6,6 +6,7 @@
 /// An error of P_ij is compared with √(P_ii P_jj), one of x_i with the larger of |x_i| and √P_ii. For where
 /// these pass through zero, what flows in within a part of the next step is added: from the noise, and from
 /// the other states by |A - P Dᵀ R⁻¹ E| off its diagonal.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <algorithm>
@@ -296,3 +297,4 @@ class CvodeScales {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

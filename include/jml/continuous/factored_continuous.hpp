@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// The factored form of a filter in continuous time: `jml::Factored{jml::Continuous{jml::Ekf{}}}`.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/continuous/continuous.hpp>
@@ -166,3 +167,4 @@ struct Factored<Continuous<Rule_, RungeKutta4>> {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

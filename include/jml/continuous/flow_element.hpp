@@ -8,6 +8,7 @@
 /// measurements z_i of covariance R/(h b_i). Its solution converges with the fourth order of the method (W.
 /// W. Hager, Numer. Math. 87 (2000) 247-282, section 6), and is P ← Φ (P⁻¹ + Λ)⁻¹ Φᵀ + Γ with Λ and Γ
 /// positive semidefinite however long the step is.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/riccati/differential.hpp>
@@ -186,3 +187,4 @@ template <typename Rule, typename F, typename D, typename S, typename Scalar, in
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// What moves (x, P) over an interval: the concept behind RungeKutta4, DavisonMaki and Cvode.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/riccati/differential.hpp>
@@ -39,3 +40,4 @@ concept Integrator = requires(EngineOf<I, typename Flow::Scalar, Flow::n>& engin
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// What a measurement does between two samples: it is held, it moves in a straight line, or it is a function
 /// of time.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <concepts>
@@ -112,3 +113,4 @@ JML_INLINE inline void with_signal(const S& sensor, const Y& y, double start, do
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

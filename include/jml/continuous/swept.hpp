@@ -8,6 +8,7 @@
 /// x = x̂ + P λ solves it: forward the filter (17) with the P of (19), backward λ. At a fixed point x = x̃ this
 /// is (12) for any SDC matrices A and E, so the filter's last x̂, where λ = 0, is the exact optimum. The row
 /// of the EKF is Gauss-Newton's method without its damping; that of the RNLS filter is the paper's.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/continuous/two_point.hpp>
@@ -297,5 +298,5 @@ SweptReport<Scalar, DynamicsTraits<D>::states> sweep(TwoPoint<D, S, Scalar>& smo
                                                      const SweptOptions& options = {}) {
   return sweep(smoother, rule, options, [](const auto&) {});
 }
-
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -6,6 +6,7 @@
 /// What is older is kept as x̂ and P of (19) where the window begins, x = x̂ + P λ, P nonsymmetric as it is.
 /// With a lag that the gain has forgotten the newest estimate is the exact one of (8); with lag 1 and one
 /// sweep it is the filter (17)-(19), its coefficients along a prediction.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/continuous/swept.hpp>
@@ -126,3 +127,4 @@ class SweptLag {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -3,6 +3,7 @@
 /// The continuous least-squares smoother: the trajectory of least J(t) (Rusnak 2018, eq. (8)) given y over an
 /// interval, which is the solution of the two-point boundary value problem (12):
 ///   ẋ = f(x) + G Q Gᵀ λ,  x(t_0) = x̄ + P_0 λ(t_0);   λ̇ = -f_xᵀ λ - m_xᵀ R⁻¹ (y - m(x)),  λ(t) = 0.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/continuous/signal.hpp>
@@ -182,3 +183,4 @@ template <typename D, typename S, typename Scalar, int n>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

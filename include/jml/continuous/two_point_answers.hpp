@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// What a TwoPoint asks beside the minimisation's passes: the way down from a saddle, and covariances.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/continuous/two_point_sweep.hpp>
@@ -42,3 +43,4 @@ template <typename D, typename S, typename Scalar>
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// The memory of a TwoPoint: nodes, and between them intervals of continuous/collocation.hpp.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/continuous/collocation.hpp>
@@ -153,3 +154,4 @@ template <typename D, typename S, typename Scalar>
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

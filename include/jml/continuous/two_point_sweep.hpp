@@ -7,6 +7,7 @@
 /// stage's measurement, ½ h b_i (y - m)ᵀ R⁻¹ (y - m):
 ///   C = (1 + μ) I + Bᵀ Λ B + Σ XB_iᵀ S_i XB_i,  U = Bᵀ Λ A + Σ XB_iᵀ S_i XA_i,  g = β + Bᵀ λ + Σ XB_iᵀ s_i,
 ///   δβ = -C⁻¹ (g + U δ),  λ ← Aᵀ λ + Σ XA_iᵀ s_i - Uᵀ C⁻¹ g,  Λ ← Aᵀ Λ A + Σ XA_iᵀ S_i XA_i - Uᵀ C⁻¹ U.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/continuous/two_point_record.hpp>
@@ -289,3 +290,4 @@ class Sweep<TwoPointRecord<D, S, Scalar>> {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

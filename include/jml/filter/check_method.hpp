@@ -4,6 +4,7 @@
 ///
 ///     const auto check = jml::check_method(jml::Filter{Mine{}, VanDerPol{}, start}, Position{}, {0.1, 0.3});
 ///     if (!check) std::printf("measurement %d: %s\n", check.at, check.what);
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <initializer_list>
@@ -199,3 +200,4 @@ MethodCheck check_method(const Filter<M, D, Scalar>& filter, const S& sensor, co
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// Two filters side by side: do they stand at the same place, bit for bit, and does one fly as the Kalman
 /// filter?
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <algorithm>
@@ -93,3 +94,4 @@ template <typename F, typename S, typename Flight, typename Step>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

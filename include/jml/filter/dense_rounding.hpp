@@ -2,6 +2,7 @@
 /// @file
 /// Whether a dense matrix can hold a P = U D Uᵀ in twice the digits: not by its condition, which bounds what
 /// rounding could make of it, but by what rounding makes of it.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/extended_step.hpp>
@@ -37,3 +38,4 @@ template <int n, typename Scalar>
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

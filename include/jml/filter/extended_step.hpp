@@ -5,6 +5,7 @@
 ///
 /// P = U D Uᵀ by ud_extended.hpp; x with its own low part. The sizes are run-time numbers, so that a program
 /// has one copy of this rare code for each scalar type; a Memory of the right size is the caller's.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/factors.hpp>
@@ -13,7 +14,6 @@
 #include <jml/ud_extended.hpp>
 
 namespace jml::detail {
-
 /// Room for n states, q disturbances and p measurements.
 template <typename Scalar, int n, int q, int p>
 struct ExtendedMemory {
@@ -296,5 +296,5 @@ class ExtendedStep {
   T *W_, *d_, *B_, *Q_, *d_B_, *x_, *moved_, *f_, *gain_, *h_, *e_, *R_, *r_, *alpha_;
   Scalar *size_, *row_size_, *bulk_;
 };
-
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

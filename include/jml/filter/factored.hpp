@@ -6,6 +6,7 @@
 /// Bierman and Thornton (ud_factors.hpp) in the digits of Scalar, with a bound on what rounding may have made
 /// of P in its worst direction. Where that is more than 8 √ε, the step is done over again in twice the digits
 /// (extended_step.hpp), and the belief keeps them as long as it needs them.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/factored_turn.hpp>
@@ -177,3 +178,4 @@ struct PartsOf<Factored<Rule>> {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

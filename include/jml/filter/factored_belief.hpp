@@ -2,6 +2,7 @@
 /// @file
 /// What a factored filter carries: x, and P = U D Uᵀ, in the digits of Scalar or, where these do not suffice,
 /// in twice as many.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/argument.hpp>
@@ -154,3 +155,4 @@ struct NoiseFactors {
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// The steps of a factored belief in twice the digits (filter/step_in_two.hpp), and whether it has to keep
 /// them.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/factored_steps.hpp>
@@ -105,3 +106,4 @@ JML_NOINLINE void factored_in_two(const Rule& rule, const Model& model,
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

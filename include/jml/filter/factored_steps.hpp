@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// The steps of a factored belief in the digits of Scalar (ud_factors.hpp).
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/factored_belief.hpp>
@@ -267,3 +268,4 @@ template <typename Rule, typename S, typename Belief, typename Y, typename At, t
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// P ← J P Jᵀ of a belief in factors: what filter/local_belief.hpp does where a state in a space has been
 /// corrected.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/factored_in_two.hpp>
@@ -38,3 +39,4 @@ template <typename Scalar, int n>
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// The filter: a method, a model, and a belief that moves from sample to sample. Time, control, gate, status
 /// and the last good belief are kept here, once for every method.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/filter_core.hpp>
@@ -291,3 +292,4 @@ Filter(M, D, Sensors<S...>, const Start&, double = 0)
 /// @}
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// What jml::Filter owns, and how a method's verbs are run on it: commit where the answer is usable, else
 /// keep all.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/clock.hpp>
@@ -288,3 +289,4 @@ class FilterCore {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -4,6 +4,7 @@
 /// P⁺ = N - K E N (Rusnak 2015, eq. (14)), entry by entry, for a P that has no factors U D Uᵀ.
 ///
 /// Sizes are run-time numbers and the memory is the caller's, as in filter/extended_step.hpp.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/matrix.hpp>
@@ -171,3 +172,4 @@ template <typename Scalar, int n, int p>
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

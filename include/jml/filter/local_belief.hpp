@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// A belief about a state in a space: the state, and a belief of ℝⁿ about how far off it is.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/watched.hpp>
@@ -134,3 +135,4 @@ template <typename Inner, typename D>
 struct PartsOf<detail::LocalMethod<Inner, D>> : PartsOfBase<detail::LocalMethod<Inner, D>, Inner> {};
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -7,6 +7,7 @@
 /// whole). A method that iterates sees noise through f(x, w) and m(x, v) themselves: the step is done again
 /// about the w and v that it found, w = Q f_wᵀ λ and v = R m_vᵀ ν, until these no longer move. Where f bends
 /// much in w, iterated/whole_step.hpp says where.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/local_belief.hpp>
@@ -15,7 +16,6 @@
 #include <jml/model/local_sensor.hpp>
 
 namespace jml::detail {
-
 /// The method iterates on its models, so that noise that does not just add is worth a second look.
 template <typename M>
 consteval bool iterates() {
@@ -296,5 +296,5 @@ struct LocalMethod : Inner {
     return most;
   }
 };
-
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -51,6 +51,7 @@
 /// a word; another class names its parts (image/parts.hpp). A workspace in a Model is not saved.
 ///
 /// Examples, with their tests: examples/write_your_own/.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/estimate.hpp>
@@ -264,3 +265,4 @@ concept Method = requires { typename BeliefOf<M, D, Scalar>; } &&
                  });
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

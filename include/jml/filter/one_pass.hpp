@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// A rule of Table 1 as a method: eqs. (7), (14), (16), (17) in one pass, with every refusal named.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/filter.hpp>
@@ -261,3 +262,4 @@ struct MethodOf<Rule> {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

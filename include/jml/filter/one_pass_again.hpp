@@ -2,6 +2,7 @@
 /// @file
 /// What follows where a step of a one-pass rule gave no answer: the reason, or, where only digits were
 /// missing, the step done over again in twice as many. Out of the way of the usual one.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/dense_rounding.hpp>
@@ -225,3 +226,4 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

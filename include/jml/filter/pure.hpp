@@ -6,6 +6,7 @@
 ///     const auto result = jml::step(jml::Ekf{}, dynamics, sensor, estimate, y);  // result.estimate, .report
 ///
 /// On refusal result.estimate is the prior.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/one_pass.hpp>
@@ -95,3 +96,4 @@ template <typename M, typename D, typename S, typename Scalar, int n>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// What an estimator reports of a measurement. Every method's report begins with the same fields; what only
 /// one family knows stands in a struct of its own (IteratedReport, LagReport, BoundedReport, FlowReport …).
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cstdint>
@@ -78,3 +79,4 @@ template <typename Scalar, int p>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// What a user gives to start a filter and to say how long a step is, asked at compile time.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <type_traits>
@@ -33,3 +34,4 @@ consteval bool require_time() {
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

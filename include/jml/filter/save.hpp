@@ -20,6 +20,7 @@
 ///
 /// CVODE keeps a history of its own, which no image holds: a restored filter starts it afresh. Restored from
 /// its own image where it is saved, a flying filter does so too, and both go on bit by bit alike.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/image/frame.hpp>
@@ -78,3 +79,4 @@ template <typename... Object>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// A step of a symmetric one-pass rule in twice the digits: the model's side of filter/extended_step.hpp.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/extended_step.hpp>
@@ -126,3 +127,4 @@ JML_RARE void correct_in_two(const Rule& rule, const Sample& sample, const At& a
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// The belief of a symmetric rule in the plain form, which may keep more digits than it shows; and whether
 /// those of its P suffice.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/estimate.hpp>
@@ -149,3 +150,4 @@ template <typename Rule, typename Scalar, int n, typename Sizes>
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// A way out of a refusal that keeps x: P made larger, or the variance of one state given anew.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/factored.hpp>
@@ -101,3 +102,4 @@ template <typename Belief, typename Scalar, int n>
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// How a caller says when a measurement was taken, and what may be given in place of a measurement.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <concepts>
@@ -103,3 +104,4 @@ template <typename... Which>
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

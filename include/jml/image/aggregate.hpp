@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// The members of a plain struct, counted and handed out without being named.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cstddef>
@@ -140,3 +141,4 @@ constexpr auto each_member(T& value, F&& f) {
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// CRC-64 with the polynomial of ECMA-182, reflected, all ones before and after (as in xz): finds every burst
 /// of up to 64 bits, and misses one other damage in 1.8e19.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <array>
@@ -33,3 +34,4 @@ inline constexpr std::array<std::uint64_t, 16> crc64_table = [] {
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// What surrounds the parts in an image, see filter/save.hpp: "jmlsave" and the version, fingerprint, length;
 /// and a checksum after them.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/image/crc64.hpp>
@@ -53,3 +54,4 @@ inline void end_image(std::span<std::byte> image) {
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// What jml/image/parts.hpp says it knows, told apart.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <array>
@@ -121,3 +122,4 @@ consteval bool require_number() {
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

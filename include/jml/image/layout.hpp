@@ -2,6 +2,7 @@
 /// @file
 /// How many bytes the parts of a type take in an image, and a number that tells one arrangement of parts from
 /// another; both at compile time.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <algorithm>
@@ -111,3 +112,4 @@ consteval Layout layout_of() {
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

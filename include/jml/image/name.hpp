@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// A number for the name of a type, the same of GCC and Clang, on the host and on the target.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/image/layout.hpp>
@@ -91,3 +92,4 @@ consteval std::uint64_t name_of() {
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -11,6 +11,7 @@
 /// it does not name is not saved. An enum says which of its values is the last, beside its definition:
 ///
 ///     constexpr Mode last_value(Mode) { return Mode::failed; }
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <concepts>
@@ -76,3 +77,4 @@ template <int count, std::invocable<int> Get>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// The way through the parts of an object, and the two that take it: into bytes, and back.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <bit>
@@ -190,3 +191,4 @@ void go_through(Visitor& visitor, Part&& part) {
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

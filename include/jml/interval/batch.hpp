@@ -2,6 +2,7 @@
 /// @file
 /// The whole-interval joint maximum likelihood estimator: the trajectory of least J (Rusnak 2015, eq. (5))
 /// given all measurements of a flight.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <array>
@@ -272,3 +273,4 @@ Batch(D, Sensors<S...>, const Estimate<Scalar, n, m>&, Capacity, double = 0)
 /// @}
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

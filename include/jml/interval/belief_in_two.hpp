@@ -2,6 +2,7 @@
 /// @file
 /// What the linearised filter of an interval does with its factors in twice the digits, and what of them a
 /// dense matrix can hold.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/dense_rounding.hpp>
@@ -92,3 +93,4 @@ template <typename Scalar, int n>
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

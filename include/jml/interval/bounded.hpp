@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// FixedLag with bounds of states and disturbances.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/interval/fixed_lag.hpp>
@@ -217,3 +218,4 @@ struct PartsOf<Bounded<FixedLag<length, measurements, List>, Box>> {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

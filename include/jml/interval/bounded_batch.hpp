@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// Batch with bounds of states and disturbances.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/interval/batch.hpp>
@@ -101,3 +102,4 @@ BoundedBatch(D, Sensors<S...>, const Estimate<Scalar, n, m>&, Capacity, const Bo
     -> BoundedBatch<D, Sensors<S...>, Box, Scalar>;
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

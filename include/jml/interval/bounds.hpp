@@ -7,6 +7,7 @@
 /// upper), J gets ½ ρ e² - μ²/2ρ, which is once differentiable and needs no more than the sweeps that J needs
 /// anyway; then μ ← ρ e. Gauss-Newton on it takes e' = 1 where a bound acts and 0 elsewhere, which is the
 /// primal-dual active set method (Hintermüller, Ito and Kunisch 2002), made safe by the value of J.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/interval/linearised.hpp>
@@ -235,3 +236,4 @@ class AugmentedStore {
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

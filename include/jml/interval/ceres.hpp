@@ -9,6 +9,7 @@
 /// interval/ceres_terms.hpp): a softness ε leaves a defect of the order of ε after the first round, of ε²
 /// after the second. A state-dependent G, Q or R is frozen in a round and taken anew before the next, until
 /// it stays.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <ceres/solver.h>
@@ -135,3 +136,4 @@ template <typename D, typename List>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// The recording of a Batch as a problem of Ceres, and the answer brought back (component jml::ceres); who
 /// solves it is interval/ceres.hpp.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <ceres/loss_function.h>
@@ -267,3 +268,4 @@ class CeresInterval<D, Sensors<Sensor...>> {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -5,6 +5,7 @@
 ///
 /// Unknowns: the states of all nodes, each component counted in a unit that is a power of two near its
 /// natural size. The scaling is exact, and no tolerance of Ceres then depends on the units of the model.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <ceres/sized_cost_function.h>
@@ -173,3 +174,4 @@ class MeasurementTerm final : public ::ceres::SizedCostFunction<measurements_of<
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -10,6 +10,7 @@
 /// Nothing but C is inverted, and C ≥ I: P_0 = 0 and a rank-deficient G Q Gᵀ are ordinary. Where k = 0 for
 /// all steps, λ is the costate of the two-point problem, eq. (12) of Rusnak 2018, at the nodes: w = Q Gᵀ λ up
 /// to sign. μ is Levenberg-Marquardt damping in the whitened disturbances, free of units.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/factors.hpp>
@@ -195,3 +196,4 @@ bool condition(const Matrix<Scalar, n, n>& P, const Matrix<Scalar, n, n>& inform
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -6,6 +6,7 @@
 /// J = ½ (x_0-x̂_0)ᵀP_0⁻¹(x_0-x̂_0) + ½ Σ wᵀQ⁻¹w + ½ Σ (y-m(x))ᵀR⁻¹(y-m(x)) is a function of (x_0, w), or of a
 /// sequence of states that the model can follow: x_0 - x̂_0 in the range of P_0, x_{i+1} - f(x_i) in the range
 /// of G Q Gᵀ. The output of a filter is no such sequence; for a filter, sum its one-step costs.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/riccati/difference.hpp>
@@ -118,3 +119,4 @@ class Criterion {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -6,6 +6,7 @@
 /// where the filter stands is. Zero for the exact estimator, ½ (x̂ - x_N)ᵀ P⁻¹ (x̂ - x_N) on a linear system.
 /// The end is held by a term ½ |x_N - target|² in units of P_N / 10⁴, whose target is moved by what is left
 /// of the difference until none is (method of multipliers): P_N may be singular.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/interval/batch.hpp>
@@ -76,3 +77,4 @@ template <typename D, typename List, typename Scalar, int n>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// Whether a measurement asks for more digits than a state of Scalar has: the estimators of an interval,
 /// whose nodes are such states, say so instead of answering.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/watched.hpp>
@@ -26,3 +27,4 @@ template <typename S, typename Scalar, int n, int p, typename At>
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -6,6 +6,7 @@
 /// criterion J (5) of a window is minimised, its earlier data summed up in an arrival cost. L = 1 has the
 /// root of the iterated rule from the same prior; L = the whole interval is the batch answer; on a linear
 /// system every L is the Kalman filter and its smoother.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/filter.hpp>
@@ -298,3 +299,4 @@ struct PartsOf<Factored<FixedLag<length, measurements, List>>>
     : PartsOfBase<Factored<FixedLag<length, measurements, List>>, FixedLag<length, measurements, List>> {};
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// What of the noise depends on the states, taken at the nominal of an interval and held while J is
 /// minimised.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/interval/local_record.hpp>
@@ -54,3 +55,4 @@ template <IntervalStore Store>
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -3,6 +3,7 @@
 /// What freeze() makes anew of a node in charts, as a copy: the w that its step is linearised about with the
 /// slope there, and of each record the v with what follows from it, and R. A minimisation that is refused
 /// gives them back bit by bit.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <array>
@@ -64,3 +65,4 @@ struct FrozenNodes<true, size, Node, Slots...> {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -8,6 +8,7 @@
 /// rows as process noise does, a column b of B takes Λ b (1 + bᵀ Λ b)⁻¹ bᵀ Λ away as a measurement of
 /// variance 1 does, and A acts from the other side. Sizes are run-time numbers: one copy of this rare code
 /// for a program.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/extended_step.hpp>
@@ -272,3 +273,4 @@ class InformationInTwo {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

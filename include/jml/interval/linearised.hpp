@@ -5,6 +5,7 @@
 ///
 /// Forward in factors P = U D Uᵀ (Thornton, Bierman), in twice the digits where those of Scalar do not
 /// suffice; the later data come as rows of their information, taken as measurements.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/interval/belief_in_two.hpp>
@@ -232,3 +233,4 @@ template <typename Store, typename Scalar, int n>
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

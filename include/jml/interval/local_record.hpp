@@ -5,6 +5,7 @@
 ///
 /// The chart of node 0 is that of the prior, and stays there: the prior's cost is ½ |x_0 ⊟ x̂_0|² in units of
 /// P_0. Those of the others stand wherever it suits the iteration; J does not depend on them.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/local_method.hpp>
@@ -280,3 +281,4 @@ namespace jml {
 template <typename Inner, typename D>
 struct PartsOf<detail::LocalRecord<Inner, D>> : PartsOfBase<detail::LocalRecord<Inner, D>, Inner> {};
 }  // namespace jml
+#include <jml/warnings_end.hpp>

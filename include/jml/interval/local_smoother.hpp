@@ -5,6 +5,7 @@
 ///
 /// The filter's estimate stays where it is in that chart, so that the records of the way back, transitions
 /// from chart to chart, are those of ℝⁿ; only what is shown is moved into the tangent at the state.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/local_method.hpp>
@@ -112,3 +113,4 @@ struct LocalSmoother : Inner {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// Robust losses: how much a measurement counts whose residual is many standard deviations long.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cmath>
@@ -56,3 +57,4 @@ struct Loss {
 constexpr Loss::Kind last_value(Loss::Kind) { return Loss::Kind::cauchy; }  ///< for saving, image/parts.hpp
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

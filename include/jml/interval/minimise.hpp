@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// Gauss-Newton with Levenberg-Marquardt damping on the criterion J of an interval, by interval/sweep.hpp.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <algorithm>
@@ -230,3 +231,4 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

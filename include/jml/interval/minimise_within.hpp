@@ -6,6 +6,7 @@
 /// A round leaves 1/(1 + ρ h) of the error of a multiplier, h the variance of its number given all data and
 /// the other bounds that act. ρ = strength / P_ii, P of the filter linearised about the nominal, so that
 /// nothing depends on units; strength grows where a round does too little.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/interval/bounds.hpp>
@@ -168,3 +169,4 @@ template <typename View>
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

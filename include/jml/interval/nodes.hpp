@@ -3,6 +3,7 @@
 /// What an interval of the criterion J (Rusnak 2015, eq. (5)) consists of: a prior, nodes, and the
 /// measurements of each node. Batch keeps it in reserved memory, FixedLag in static memory;
 /// interval/sweep.hpp works on either.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <array>
@@ -202,3 +203,4 @@ concept IntervalStore = requires(Store& store, int j) {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

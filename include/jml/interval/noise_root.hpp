@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// B with B Bᵀ = G Q Gᵀ: the input matrix of whitened disturbances, G w = B b, for a G Q Gᵀ of any rank.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/factors.hpp>
@@ -43,3 +44,4 @@ struct NoiseRoot {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

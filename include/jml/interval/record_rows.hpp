@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// One measurement of an interval as independent rows, for the forms that carry factors.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/interval/costate.hpp>
@@ -83,3 +84,4 @@ template <typename Record, typename Scalar, int n, typename At>
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

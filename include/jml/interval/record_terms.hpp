@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// What one measurement adds to the backward pass: value, slope and curvature of ½ ρ(rᵀR⁻¹r).
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/interval/costate.hpp>
@@ -62,3 +63,4 @@ template <typename Record, typename Scalar, int n, typename At>
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// The memory of a Batch: nodes and measurements in arrays that are reserved once.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <array>
@@ -192,3 +193,4 @@ class Recording<D, Sensors<S...>, Scalar> {
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

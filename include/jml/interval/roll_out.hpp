@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// The states of a window anew, after a node was put into one of its steps.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/interval/nodes.hpp>
@@ -41,3 +42,4 @@ bool roll_out(Window& window, int j) {
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

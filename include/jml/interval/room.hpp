@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// Whether the heap would give what a capacity asks for: a status, where an allocation would throw.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <new>
@@ -19,3 +20,4 @@ inline constexpr int most_nodes = 1 << 30;
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -12,6 +12,7 @@
 /// suffice, and for the factored forms always, it is made in twice as many and in factors, the later data
 /// taken as measurements (interval/information_in_two.hpp). One record per instant, of a size that does not
 /// depend on the sensors.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/factored.hpp>
@@ -298,3 +299,4 @@ class Smoother : public Filter<Remembering<M>, D, Scalar> {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// The memory of a smoother and its way back, see interval/smoother.hpp.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/one_pass.hpp>
@@ -272,3 +273,4 @@ class SmootherMemory {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// What the forward pass of a smoother leaves at each instant.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/interval/linearised.hpp>
@@ -177,3 +178,4 @@ struct SmootherObserver {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

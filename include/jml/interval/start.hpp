@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// Where the minimisation of J over an interval begins.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/interval/linearised.hpp>
@@ -82,3 +83,4 @@ void start_at(Store& store, int which, const Clip& clip = {}) {
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

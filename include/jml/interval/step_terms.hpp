@@ -2,6 +2,7 @@
 /// @file
 /// One step of the dynamics in the backward pass of an interval, where J has a term of its disturbance beside
 /// ½|b|².
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/interval/costate.hpp>
@@ -69,3 +70,4 @@ JML_INLINE inline bool through_step(Store& store, int j, const Vector<Scalar, q>
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -6,6 +6,7 @@
 /// The forward pass applies b = b̃ + k + K (x - x̃) to the nonlinear f, so that every trajectory is one the
 /// model can follow and its J is exact, and the feedback keeps a long or unstable interval together. Time and
 /// memory are linear in the number of steps.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/interval/linearised.hpp>
@@ -273,3 +274,4 @@ class Sweep {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -6,6 +6,7 @@
 /// other; J has a minimum where the matrix of each, C = I + Bᵀ Λ B, and that of the prior is positive
 /// definite. Where one is not, its negative direction, answered by the feedback of the later steps, leads
 /// down.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/interval/sweep.hpp>
@@ -96,3 +97,4 @@ template <typename Sweep, typename Store, typename Scalar>
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -6,6 +6,7 @@
 /// When the window slides, the arrival cost is the filtered mean and covariance of the second node, from one
 /// Kalman step linearised about the smoothed trajectory; it has then absorbed that node's measurements. Its
 /// covariance is kept in factors U D Uᵀ.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <array>
@@ -17,7 +18,6 @@
 #include <jml/interval/window_parts.hpp>
 
 namespace jml {
-
 namespace detail {
 
 /// `length` steps, and room for `measurements` of each sensor type at each node.
@@ -296,5 +296,5 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
 };
 
 }  // namespace detail
-
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// What a node of a FixedLag's window is saved by, see filter/save.hpp.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cstdint>
@@ -32,3 +33,4 @@ struct WindowNodeParts {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// How much the models of an exact step bend where its criterion (11) asks.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/iterated/joint_step.hpp>
@@ -50,3 +51,4 @@ struct Bend {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// What a step does that its iteration did not solve, or not for good: the fallback solver, the way down from
 /// a saddle, and another way to a strongly bent step's root, which may be lower.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <algorithm>
@@ -162,3 +163,4 @@ JML_RARE Root<Step> seek_minimum(const Rule& rule, const Step& step, const typen
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// Whether the digits of Scalar suffice for an exact step: what rounding makes of its P and of its S.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/watched.hpp>
@@ -131,3 +132,4 @@ template <typename Scalar>
 inline constexpr Scalar fine_sensor = Scalar(1e-6) / std::numeric_limits<Scalar>::epsilon();
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

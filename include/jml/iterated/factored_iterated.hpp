@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// The factored form of the symmetric iterated rules: `jml::Factored{jml::Iekf{}}`.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/factored.hpp>
@@ -86,3 +87,4 @@ struct Factored<Rule_> {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

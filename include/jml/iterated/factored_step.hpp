@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// One exact step of a factored belief: the root by the plain solver, and sweeps from it through the factors.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/iterated/joint_form.hpp>
@@ -260,3 +261,4 @@ void factored_exact_step(const Rule& rule, const Model& model, const Belief& pri
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

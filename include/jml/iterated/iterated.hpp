@@ -7,6 +7,7 @@
 /// least-squares problem (11), then damped Newton on the lines with the true, nonsymmetric P. N, P and K are
 /// formed once, at the root. A symmetric rule does the step again in twice the digits
 /// (iterated/step_again.hpp) where its own do not suffice.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/filter.hpp>
@@ -127,3 +128,4 @@ struct MethodOf<Rule> {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// One exact step in the plain form: root, N, P and K, and whether the digits of Scalar suffice for them.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/one_pass.hpp>
@@ -195,3 +196,4 @@ template <Extent extent = Extent::all, typename Rule, typename D, typename S, ty
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

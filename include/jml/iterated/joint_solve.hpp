@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// How the root of an exact JML step is found: a bounded iteration first, the fallback solver below it.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/iterated/descent.hpp>
@@ -174,3 +175,4 @@ JML_NOINLINE Root<Step> solve_joint_step(const Rule& rule, const Step& step,
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -6,6 +6,7 @@
 ///   x_s = x̂ + P f_x(x_s)ᵀ e,      x_1 = f(x_s) + G w̄ + C e,
 /// x_s being x_{i/i+1} and x_1 being x̂_{i+1}. The SDC matrices do not occur in them: they shape P alone.
 /// Unknown: z = (x_s, x_1), 2n.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <algorithm>
@@ -263,3 +264,4 @@ struct JointStep {
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// Models linearised at a point, in the places of the models themselves: one more step of a one-pass rule on
 /// them is one more Gauss-Newton sweep.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/model/functions.hpp>
@@ -53,3 +54,4 @@ struct SensorTraits<detail::LinearisedSensor<S, Scalar, n, p>> : SensorDefaults 
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

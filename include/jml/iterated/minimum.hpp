@@ -8,6 +8,7 @@
 /// the Hessian of (11) in b is I + Bᵀ W B, and what is left of it in a, with b at its best,
 ///   I + Lᵀ (f_xᵀ (I + W C)⁻¹ W f_x - Λ) L.
 /// The root is a minimum where both are positive definite: two n×n matrices, whatever the ranks of P and C.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/iterated/whitened_step.hpp>
@@ -135,3 +136,4 @@ template <typename Step, typename Whitened, typename Scalar, int n>
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

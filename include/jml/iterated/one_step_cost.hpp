@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// The one-step form (11) of the joint maximum likelihood criterion, for any rule.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/iterated/iterated.hpp>
@@ -64,3 +65,4 @@ template <typename Rule, typename D, typename S, typename Scalar, int n, int p, 
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

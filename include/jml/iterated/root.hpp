@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// The root of an exact JML step, and the bounds within which it is sought.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/iterated/joint_step.hpp>
@@ -69,3 +70,4 @@ JML_RARE Root<Step> revisit(const Step& step, Root<Step> root) {
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -7,6 +7,7 @@
 /// difference from z, so that neither x̄ - x_1 nor the innovation at x̄ loses a digit where x̄ is far from the
 /// root; the models themselves are evaluated in the digits of Scalar. The pair is moved as one state of 2n
 /// numbers, P_0 = diag(P, 0), F = [I 0; f_x 0]: then x_s needs no S⁻¹ and no P⁻¹.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/factored_belief.hpp>
@@ -266,3 +267,4 @@ struct SweepsInTwo {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// The iterated rules by name, and what their steps report.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/report.hpp>
@@ -79,3 +80,4 @@ template <typename Scalar, int n, int p>
 struct IteratedReport : StepReport<Scalar, n, p>, RootReport<Scalar, n> {};
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// An exact step done over again in twice the digits, for the plain and for the factored belief.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/factored.hpp>
@@ -241,3 +242,4 @@ JML_NOINLINE Status step_in_two(const Rule& rule, const Model& model, const Prio
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// The one-step criterion (11) as a small least-squares problem: what the fallback solver below the iteration
 /// minimises.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/iterated/bend.hpp>
@@ -112,3 +113,4 @@ struct WhitenedStep {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

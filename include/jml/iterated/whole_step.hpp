@@ -8,6 +8,7 @@
 /// where f bends much in w. Here a minimum is gone down to by the fallback solver, and then by Newton's
 /// method with a Hessian by differences of the gradient, which also says that it is one. The noise of the
 /// sensor stays linearised where it is.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <algorithm>
@@ -295,5 +296,5 @@ template <typename Rule, typename D, typename Scalar, int n, typename Sample, ty
   at.search = Search::slope;
   return true;
 }
-
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

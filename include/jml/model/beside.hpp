@@ -2,6 +2,7 @@
 /// @file
 /// A plant with more states beside its own, and its sensors there: what noise that is not white and
 /// independent is turned into (model/coloured_noise.hpp, model/correlated_noise.hpp).
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/model/local_context.hpp>
@@ -114,3 +115,4 @@ template <typename Whole, typename S>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// How a model function is found and called, whichever arguments it takes, and what it must not return.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/model/hooks.hpp>
@@ -159,3 +160,4 @@ JML_INLINE inline Matrix<T, rows, cols> evaluate(const Model& model, const Vecto
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -3,6 +3,7 @@
 /// Motion in a space as motion in the chart at a state: with x(t) = base ⊞ z(t) and the tangent velocity ξ at
 /// x (x is x ⊞ ξ dt after a short dt), ż = (∂/∂ε) ((base ⊞ z ⊞ ε ξ) ⊟ base) = J(z)⁻¹ ξ, where J is the slope
 /// of the chart; dexp⁻¹ of ξ on a group (H. Munthe-Kaas, BIT 38 (1998) 92-111).
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cmath>
@@ -101,3 +102,4 @@ template <typename On, typename Scalar>
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

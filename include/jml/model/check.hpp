@@ -5,6 +5,7 @@
 ///
 ///     const auto report = jml::check_model(VanDerPol{}, x);
 ///     if (!report.ok()) report.print([](const char* line) { std::puts(line); });
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <array>
@@ -298,3 +299,4 @@ template <Sensor S, int n, typename At = StepContext<double>>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

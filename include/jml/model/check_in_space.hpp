@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// check_model() of a model whose states live in a space: in local coordinates about x.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/model/check.hpp>
@@ -87,3 +88,4 @@ template <Dynamics D, Sensor S, int numbers, typename At = StepContext<double, D
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

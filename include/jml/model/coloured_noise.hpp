@@ -2,6 +2,7 @@
 /// @file
 /// Noise of a sensor that is not white: y = m(x, v) + C ξ with ξ⁺ = f₁(ξ, η), a shaping filter beside the
 /// plant (bounded-noise dissertation, eq. (2.35), has it for inputs; those: bounded/coloured_input.hpp).
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/model/beside.hpp>
@@ -117,3 +118,4 @@ template <typename Plant, typename Shaping, typename S>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// What counts as a model, and the sentences a user reads when theirs does not.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <concepts>
@@ -257,3 +258,4 @@ template <typename S, typename Scalar = double>
 using MeasurementOf = std::type_identity_t<Argument<Scalar, detail::entries_of_measurement<S>()>>;
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

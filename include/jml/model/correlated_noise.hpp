@@ -3,6 +3,7 @@
 /// Noise of a sensor that goes with the disturbance of its step: E[w vᵀ] = C of the step that ends with the
 /// measurement. Then v = Cᵀ Q⁻¹ w + v' with v' of covariance R - Cᵀ Q⁻¹ C, independent of w: the usual
 /// elimination, with a state that remembers w.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/factors.hpp>
@@ -119,3 +120,4 @@ template <typename Plant, typename S>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -6,6 +6,7 @@
 /// The stages of the integrator carry a matrix along: with A = f_x at each stage it becomes the Jacobian of
 /// the step by the chain rule; with A = F, F(x) x = f(x), it becomes a SDC matrix of the step, exactly, for
 /// the same reason.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/factors.hpp>
@@ -241,3 +242,4 @@ template <typename Continuous>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -6,6 +6,7 @@
 /// x(t) = x_k ⊞ δ(t), and δ is integrated (model/chart.hpp): the state stays in its space, and the order of
 /// the integrator is kept. The disturbance is held over the step, with covariance Q/dt, and enters through f
 /// itself.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/model/chart.hpp>
@@ -99,3 +100,4 @@ consteval bool steps_in_space() {
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

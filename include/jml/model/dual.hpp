@@ -4,6 +4,7 @@
 ///
 /// They nest: Dual<Dual<double, n>, 1> gives the directional derivative of a Jacobian. Their elementary
 /// functions: model/dual_functions.hpp.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <Eigen/Core>
@@ -203,3 +204,4 @@ struct ScalarBinaryOpTraits<float, jml::Dual<Base, n>, BinaryOp> {
 };
 
 }  // namespace Eigen
+#include <jml/warnings_end.hpp>

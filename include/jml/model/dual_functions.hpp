@@ -4,6 +4,7 @@
 ///
 /// A model function written as `template <typename T> ... (const jml::Vector<T, n>& x)` with
 /// `using std::sin; sin(x(0))` runs on them unchanged.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cmath>
@@ -238,3 +239,4 @@ Dual<B, n> min(N a, const Dual<B, n>& b) {
 /// @}
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

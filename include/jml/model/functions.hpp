@@ -4,6 +4,7 @@
 ///
 /// `at` is a StepContext; a model that does not ask for it never sees it. Results are plain fixed-size
 /// values.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/model/noise.hpp>
@@ -194,3 +195,4 @@ JML_INLINE inline Vector<T, n> predicted_state(const D& d, const Vector<T, n>& x
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// Second derivatives contracted with weights: Σ_k weight_k ∇²f_k, what Newton's method needs of a model.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/model/functions.hpp>
@@ -144,3 +145,4 @@ JML_INLINE inline void measurement_jacobian_and_hessian(const S& s, const Vector
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// The functions a model may have, each as a type: what model/call.hpp finds and calls, whichever arguments
 /// it takes.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/model/traits.hpp>
@@ -129,3 +130,4 @@ struct NoiseBound {
 };
 
 }  // namespace jml::detail::hooks
+#include <jml/warnings_end.hpp>

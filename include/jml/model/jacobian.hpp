@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// Jacobians of a model's own code by dual numbers.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/linear_algebra.hpp>
@@ -31,3 +32,4 @@ Matrix<Scalar, rows, n> derive_jacobian(const Function& function, const Vector<S
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -9,6 +9,7 @@
 /// have their own. Then x⁺ = φ(z) + φ_w (ω - w): exact in z, and exact in ω where it equals w, which an
 /// estimator that iterates sees to (theory: the stationarity conditions of J with f(x, w) are those of this
 /// form there).
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cstdint>
@@ -122,3 +123,4 @@ concept MeasuresIn =
     Generic<HookOf<hooks::Measurement, S>, Vector<T, numbers>, At> || NoisySensorIn<S, T, numbers, At>;
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// Dynamics in local coordinates: φ(z) = f(from ⊞ z, w) ⊟ to and its derivatives, see
 /// model/local_context.hpp.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/model/local_context.hpp>
@@ -173,3 +174,4 @@ template <typename Space, typename There>
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

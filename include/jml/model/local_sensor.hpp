@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// A sensor in local coordinates: μ(z) = m(to ⊞ z, v) and its derivatives, see model/local_context.hpp.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/model/local_context.hpp>
@@ -168,3 +169,4 @@ struct LocalList<D, Scalar, Sensors<S...>> {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

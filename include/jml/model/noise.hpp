@@ -4,6 +4,7 @@
 /// add.
 ///
 /// What enters a recursion is then f_w Q f_wᵀ and m_v R m_vᵀ, derived here at the noise's mean (w̄, or zero).
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/model/call.hpp>
@@ -86,3 +87,4 @@ Matrix<T, rows, r> noise_slope(const Model& model, const Vector<T, n>& x, const 
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

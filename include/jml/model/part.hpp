@@ -5,6 +5,7 @@
 /// A row that was not measured becomes one that says nothing: its m and its Jacobian are zero, its innovation
 /// is zero, and R is 1 on its diagonal and 0 beside it. K, P, NIS and the log-likelihood are then those of
 /// the marginal measurement, in every method, and no method knows of it.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <bit>
@@ -164,3 +165,4 @@ struct SensorTraits<Part<S>> : SensorDefaults {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

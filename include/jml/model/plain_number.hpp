@@ -4,6 +4,7 @@
 ///
 /// std::sin(x) finds no way in but by a conversion. Dual and Interval have one to long double, which nothing
 /// but such a call asks for (to double it would make `x > 0 ? x : 0.0` ambiguous), and which ends here.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <type_traits>
@@ -39,3 +40,4 @@ consteval bool require_number_for_max() {
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

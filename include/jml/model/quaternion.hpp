@@ -2,6 +2,7 @@
 /// @file
 /// Unit quaternions (w, x, y, z), Hamilton's product, in any scalar: what a model with an attitude is written
 /// with.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cmath>
@@ -100,3 +101,4 @@ template <typename T>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

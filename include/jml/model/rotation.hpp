@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// SO(3), as a unit quaternion or as a matrix: spaces of attitudes.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/model/quaternion.hpp>
@@ -178,3 +179,4 @@ struct SO3Matrix {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

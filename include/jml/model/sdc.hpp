@@ -5,6 +5,7 @@
 ///
 /// Derived form: F(x; r) = ∫₀¹ f_x(r + s(x - r)) ds by Gauss-Legendre nodes, exact for polynomials; what is
 /// left, ρ = f(x) - f(r) - F d with d = x - r, is removed by the rank-one term ρ dᵀ/(dᵀd): exact for every f.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <array>
@@ -115,3 +116,4 @@ auto sizes(const Vector<Scalar, rows>& a, const Vector<Scalar, rows>& b) {
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// Every function of a sensor as an estimator calls it: the user's where given, else derived.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/model/noise.hpp>
@@ -156,3 +157,4 @@ JML_INLINE inline Matrix<T, measurements_of<S>, measurements_of<S>> noise_spectr
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// The list of sensor types that an estimator with a memory has to make room for.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/model/concepts.hpp>
@@ -36,3 +37,4 @@ inline constexpr bool is_list_of_sensors<Sensors<S...>> = true;
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

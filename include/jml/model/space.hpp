@@ -7,6 +7,7 @@
 /// functions itself, static, with `static constexpr int tangent`. One that says nothing lives in ℝⁿ. A group
 /// of another library comes in by a specialisation of SpaceTraits. Perturbations are on the right (in the
 /// body's axes): x ⊞ δ = x Exp(δ).
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cmath>
@@ -292,3 +293,4 @@ struct Product {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// S²: the space of directions.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/model/quaternion.hpp>
@@ -85,3 +86,4 @@ struct S2 {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

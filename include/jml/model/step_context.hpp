@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// When, and under which control: the optional second argument of every model function.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/argument.hpp>
@@ -40,3 +41,4 @@ template <typename Scalar, int controls>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

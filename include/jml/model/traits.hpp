@@ -14,6 +14,7 @@
 ///       static constexpr int states = 2;
 ///       static auto dynamics(const Theirs& model, const auto& x) { ... }
 ///     };
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/model/space.hpp>
@@ -287,3 +288,4 @@ struct SensorTraits : SensorDefaults {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// One physical sensor in operation, beside a filter of any method: used, shut or forced; its own gate, in
 /// blocks if wanted; its counts; the way out of a gate that has shut; and a watch on its innovations.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <array>
@@ -14,7 +15,6 @@
 #include <jml/operations/with_gate.hpp>
 
 namespace jml {
-
 /// The rows that are judged together: `jml::blocks(jml::only(0), jml::only(1, 2))`.
 template <typename... R>
 [[nodiscard]] constexpr std::array<Rows, sizeof...(R)> blocks(const R&... rows) {
@@ -297,5 +297,5 @@ class Channel {
   double accepted_at_ = 0, waits_since_ = 0;  // the latter: of the last accepted one, or recovery
   bool started_ = false, shut_ = false, partial_ = false;
 };
-
 }  // namespace jml
+#include <jml/warnings_end.hpp>

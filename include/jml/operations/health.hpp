@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// The health of a filter and its sensors in one word, with its reasons.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/operations/channel.hpp>
@@ -105,3 +106,4 @@ template <typename F, int states, int n, typename... C>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

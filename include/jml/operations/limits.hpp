@@ -2,6 +2,7 @@
 /// @file
 /// What x and P of a filter may be: limits on the state are watched, floors and ceilings of variances and a
 /// bound on correlations are kept.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <bitset>
@@ -116,3 +117,4 @@ Kept<states, n> keep_within(F& filter, const Limits<states, n>& limits) {
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

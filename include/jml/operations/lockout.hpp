@@ -2,6 +2,7 @@
 /// @file
 /// What a channel does when its gate has shut: a filter that is wrong rejects every measurement that could
 /// put it right.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cstdint>
@@ -56,3 +57,4 @@ namespace detail {
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

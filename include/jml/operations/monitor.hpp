@@ -10,6 +10,7 @@
 /// that lasts, or never, where the noise of the dynamics hides it. Each statement is tested at the end of a
 /// window (a sum of squares that is already too large, at once), and fails by chance with the probability
 /// that was asked for: false alarms have a stated rate.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cmath>
@@ -127,3 +128,4 @@ class InnovationMonitor {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

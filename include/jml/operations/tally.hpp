@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// How a sensor is used, and what became of its measurements.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cstdint>
@@ -27,3 +28,4 @@ struct Tally {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

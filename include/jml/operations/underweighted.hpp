@@ -5,6 +5,7 @@
 ///
 /// R ← R + β S while an entry of √S_ii is above its limit (Lear's underweighting, S for its H P Hᵀ, which it
 /// nearly is there): the correction is 1/(1 + β) of what it would be, and P falls by as much less.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/model/sensors.hpp>
@@ -104,3 +105,4 @@ struct SensorTraits<Underweighted<S>> : SensorDefaults {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

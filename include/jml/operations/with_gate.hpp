@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// Another gate for one verb of a filter.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/gate.hpp>
@@ -22,3 +23,4 @@ class WithGate {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -10,6 +10,7 @@
 /// with A₀ = A - X0 S, B₀ = B - S X0, by doubling. Whatever X0 is, doubling ends at the stabilising solution
 /// or does not converge: only there do both of its powers vanish. Cold (algebraic_solvers.hpp): ordered Schur
 /// form.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/linear_algebra.hpp>
@@ -58,3 +59,4 @@ template <typename Scalar, int n1, int n2>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

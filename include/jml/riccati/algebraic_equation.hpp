@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// An algebraic Riccati equation and its answer, and the equation in balanced coordinates.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/kernels.hpp>
@@ -172,3 +173,4 @@ struct BalancedRiccati {
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

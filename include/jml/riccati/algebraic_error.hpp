@@ -11,6 +11,7 @@
 /// With z = |L⁻¹||R| and |L⁻¹|(z|S|z) ≤ q z, c z with c = 2/(1 + √(1 - 4q)) is mapped below itself where
 /// q ≤ 1/4: a solution is within it (Brouwer). Beyond, the next solution is nearer than the linear bound, and
 /// Z grows with the root of R: c = 1/√q takes both together at q = 1/4.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/kernels.hpp>
@@ -111,3 +112,4 @@ class AlgebraicError {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -10,6 +10,7 @@
 /// by η and half of them left (Guo, Iannazzo, Meini 2007, for one null vector). Repeated for longer blocks.
 /// An equation near a critical one is then solved from there without the shift: R of the shifted X is small
 /// in twice the digits, so that doubling sees a gap of ε where K has one of √ε.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/riccati/algebraic_equation.hpp>
@@ -295,3 +296,4 @@ void finish(const AlgebraicRiccati<Scalar, n1, n2>& equation, const BalancedRicc
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -18,6 +18,7 @@
 /// The formula steps through a pole of P without notice. With a symmetric P ≥ 0 there is none. Otherwise a
 /// piece is taken only where X stays within 1 of the identity, or where sym(E P Dᵀ) ≥ 0 before and after it
 /// and det X > 0; else it is cut in sixteen, and if that does not help, P escapes.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/riccati/differential.hpp>
@@ -214,3 +215,4 @@ template <typename Flow>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -6,6 +6,7 @@
 /// inverting N: P_0 = 0 and a rank-deficient G Q Gᵀ are ordinary, and P⁺ Dᵀ R⁻¹ = K. (The print of (7) has
 /// P_i in the update; it is P_{i+1}.) A symmetric rule factors S = L D Lᵀ and mirrors one triangle, so P
 /// stays exactly symmetric; a nonsymmetric one uses LU with column exchanges.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/estimate.hpp>
@@ -160,3 +161,4 @@ JML_INLINE inline Status predict_into(const Rule& rule, const D& d,
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -9,6 +9,7 @@
 /// A nonsymmetric P may escape to infinity in finite time although Q ≥ 0 and R > 0: the quadratic term alone,
 /// Ṗ = -P Dᵀ R⁻¹ E P, has its pole where R + τ E P Dᵀ becomes singular. Where the symmetric part of that
 /// matrix is positive definite for a τ ahead there is none so near: every integrator's alarm.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/factors.hpp>
@@ -300,3 +301,4 @@ class Flow {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -5,6 +5,7 @@
 /// Along P it is written down: δẋ = δP W (y - m), δṖ = (A - K E) δP + δP (Bᵀ - W E P), W = Dᵀ R⁻¹. Along x
 /// the slots are differentiated with dual numbers, one level above the model's own, where the model can be;
 /// else by differences of the right-hand side. G, Q and R count as constants there.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/model/dual_functions.hpp>
@@ -179,3 +180,4 @@ template <typename Flow, typename Out>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -8,6 +8,7 @@
 /// | EKF    | f_x | f_x | m_x | m_x | eq. (16)             |
 /// | SDDRE  | F   | F   | M   | M   | eq. (17)             |
 /// | JML    | F   | f_x | m_x | M   | eq. (14), nonsymmetric |
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/image/parts.hpp>
@@ -152,3 +153,4 @@ JML_INLINE inline Matrix<Scalar, measurements_of<S>, n> sensor_slot(const Rule& 
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

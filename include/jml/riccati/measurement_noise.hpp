@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// R and R⁻¹ of a measurement in continuous time, formed and checked once where R is a constant.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/factors.hpp>
@@ -62,3 +63,4 @@ class MeasurementNoise {
 }  // namespace detail
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// G Q Gᵀ of the dynamics, formed and checked once where it is a constant.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/kernels.hpp>
@@ -86,3 +87,4 @@ class ProcessNoise {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

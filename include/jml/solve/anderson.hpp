@@ -2,6 +2,7 @@
 /// @file
 /// Anderson acceleration of a fixed-point map z = g(z), depth 2 (Walker and Ni 2011, SIAM J. Numer. Anal.
 /// 49).
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/linear_algebra.hpp>
@@ -77,3 +78,4 @@ class Anderson {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

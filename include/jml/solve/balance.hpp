@@ -5,6 +5,7 @@
 ///
 /// D⁻¹ H D with the D that makes the sums of row i and column i off the diagonal agree, one i after the other
 /// (Osborne 1960; Parlett and Reinsch 1969). D is made of powers of two: nothing is rounded.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cmath>
@@ -45,3 +46,4 @@ inline Vector<Scalar, n> balance(Matrix<Scalar, n, n>& H, int sweeps = 6) {
 }
 
 }  // namespace jml::kernel
+#include <jml/warnings_end.hpp>

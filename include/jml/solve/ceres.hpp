@@ -4,6 +4,7 @@
 /// the control loop.
 ///
 ///     jml::Filter filter{jml::IteratedJml<jml::AboutOrigin, jml::Ceres>{}, dynamics, estimate};
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <ceres/cost_function.h>
@@ -78,3 +79,4 @@ struct Ceres {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// A sum of products in twice the working precision, for residuals whose terms cancel (Ogita, Rump, Oishi
 /// 2005: error-free sum and product, the errors summed beside).
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cmath>
@@ -52,3 +53,4 @@ class CompensatedSum {
 };
 
 }  // namespace jml::kernel
+#include <jml/warnings_end.hpp>

@@ -4,6 +4,7 @@
 ///
 /// Adaptive in step and order: for stiff phases and long gaps. It allocates when it is created, and with
 /// Adams never again. Nothing is printed; every return code of CVODE becomes a Status. SUNDIALS 6.4 to 7.x.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cvode/cvode.h>
@@ -297,3 +298,4 @@ class CvodeSolver {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// What SUNDIALS' CVODE is asked for, and what it reports (component jml::cvode).
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cvode/cvode.h>
@@ -85,3 +86,4 @@ struct CvodeReport {
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

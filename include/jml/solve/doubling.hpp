@@ -12,6 +12,7 @@
 ///   E_k = (I - G_k Z) C^(2^k)  and  Z - H_k = F_k Z C^(2^k):
 /// E_k and F_k both go to zero for the solution that leaves B - S Z and A - Z S stable, and for no other. So
 /// their norms are the certificate, wherever the iteration was started.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/kernels.hpp>
@@ -124,3 +125,4 @@ template <typename Scalar, int n1, int n2>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

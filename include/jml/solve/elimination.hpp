@@ -5,6 +5,7 @@
 /// Half more operations than LU for the matrix itself, none for right-hand sides, and each is a whole column
 /// long, a length the compiler knows. For matrices that are well conditioned where all is well; the users of
 /// the answer check it by a residual.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <Eigen/Core>
@@ -125,3 +126,4 @@ JML_NOINLINE int null_space(Matrix<T, n, n> M, typename Eigen::NumTraits<T>::Rea
 }
 
 }  // namespace jml::kernel
+#include <jml/warnings_end.hpp>

@@ -8,6 +8,7 @@
 /// (odd + (2 odd - even) H⁻¹), a polynomial too. D is within 0.61 of the identity, hence diagonally dominant
 /// by columns: no pivoting. So all of it commutes with a diagonal scaling of H: it is the norm of the
 /// *balanced* H that counts, and H itself need not be scaled.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/kernels.hpp>
@@ -147,3 +148,4 @@ class Exponential {
 };
 
 }  // namespace jml::kernel
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// Levenberg-Marquardt for a small least-squares problem of compile-time size, without heap.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <algorithm>
@@ -102,3 +103,4 @@ struct LevenbergMarquardt {
 };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// Along which direction a quadratic form is negative, if it is along any.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <cmath>
@@ -59,3 +60,4 @@ template <typename Scalar, int n>
 }
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// Damped Newton for a small square system r(z) = 0.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <concepts>
@@ -67,3 +68,4 @@ concept LeastSquaresSolver =
     };
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>

@@ -7,6 +7,7 @@
 /// exchange of neighbours, is one rotation of two rows and two columns. With T = [a b; 0 c] the vector
 /// (b, c - a) is the eigenvector of c, and the rotation that makes it the first axis exchanges a and c.
 /// Eigen's ComplexSchur does the first two, with dynamic block products behind it: 8 s more to compile.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <complex>
@@ -158,3 +159,4 @@ class OrderedSchur {
 };
 
 }  // namespace jml::kernel
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// The classical fourth-order Runge-Kutta method, written once: for a state, for a state and a matrix that
 /// moves with it (P, or the transition matrix), and for what a filter's right-hand side asks on the way.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <concepts>
@@ -155,3 +156,4 @@ template <typename Flow>
 }
 
 }  // namespace jml
+#include <jml/warnings_end.hpp>
