@@ -120,8 +120,10 @@ class Sweep {
     prior.a[next] = infeasible ? prior.law : X(prior.a[now] + prior.law);
     Scalar cost = prior.squared_norm(next) / Scalar(2);
     Scalar moved = kernel::squared_norm(prior.law);
+    AllDigits<D, Scalar> digits(store_.start());
     X x;
     kernel::add_product<1>(prior.x, prior.L, prior.a[next], x);  // x_0 = x̂_0 + L a
+    if (digits.any) digits.begin(prior.x, prior.L, prior.a[next], x);
     for (int j = 0;; ++j) {
       auto& node = store_.node(j);
       kernel::assign(node.x[next], x);
@@ -145,6 +147,7 @@ class Sweep {
       kernel::assign(f, dynamics(store_.dynamics(), x, following.at()));
       if constexpr (NoiseRoot<Scalar, D>::has_mean) f += root.mean_effect;
       kernel::add_product<1>(f, root.B, b, x);  // x⁺ = f + G w̄ + B b
+      if (digits.any) digits.move(store_, j + 1, b, node.x[next], x);
     }
     if (const Terminal<Scalar, n>* end = store_.terminal()) {
       const X off = x - end->target;
