@@ -104,7 +104,8 @@ class Sweep {
         store_, loss_, infeasible, false, damping, -1, information, sums, [](int) {},
         [&](int j, const Feedback<Scalar, n, q>& law) { store_.node(j).law = law; });
     auto& prior = store_.prior();
-    const X a = infeasible ? X(kernel::zeros<X>()) : prior.a[now], off = prior.x - store_.node(0).x[now];
+    const X a = infeasible ? X(kernel::zeros<X>()) : prior.a[now];
+    const X off = follows_exactly(infeasible) ? X(-(prior.L * a)) : X(prior.x - store_.node(0).x[now]);
     total = sums;
     return information.at_prior(prior.L.data(), prior.weight.data(), a.data(), off.data(), damping,
                                 prior.law.data(), total) &&
@@ -222,6 +223,11 @@ class Sweep {
   }
 
  private:
+  /// The nominal begins at x̂_0 + L a in more digits than it is kept in.
+  [[nodiscard]] bool follows_exactly(bool infeasible) const {
+    return !infeasible && AllDigits<D, Scalar>(store_.start()).any;
+  }
+
   JML_NOINLINE bool at_prior(bool infeasible, bool bent, Scalar damping, const CostToGo<Scalar, n>& v,
                              PassSums<Scalar>& sums) {
     auto& prior = store_.prior();
@@ -230,7 +236,8 @@ class Sweep {
     const int now = store_.now();
     const X a = infeasible ? X(kernel::zeros<X>()) : prior.a[now];
     // x_0 need not be x̂_0 + L a, whose J this is: a guess, rounding in deviations of a singular P_0.
-    const X off = prior.x + prior.L * a - store_.node(0).x[now];
+    const X off = follows_exactly(infeasible) ? X(kernel::zeros<X>())
+                                              : X(prior.x + prior.L * a - store_.node(0).x[now]);
     const X slope = v.slope + v.information * off;
     Matrix<Scalar, n, n> C = kernel::transposed(prior.L) * v.information * prior.L;
     C = kernel::symmetric_part(C);
