@@ -9,6 +9,10 @@
 
 namespace jml::detail {
 
+/// The store of an interval is a window.
+template <typename Store>
+inline constexpr bool slides = requires { Store::longest; };
+
 /// What Scalar does not hold of the state at a node of linear dynamics. Nothing where the start is known to
 /// no more digits than Scalar has.
 template <typename D, typename Scalar>
@@ -18,10 +22,16 @@ struct AllDigits {
   bool any = false;
   X low = kernel::zeros<X>();
 
-  explicit AllDigits(const FactoredBelief<Scalar, n>& start) {
+  /// `slides`: of a window. What moves its start by an ulp between two of its minimisations tells in J,
+  /// unless all of it is known exactly.
+  AllDigits(const FactoredBelief<Scalar, n>& start, bool slides) {
     if constexpr (DynamicsTraits<D>::linear) {
-      for (int i = 0; i < n; ++i)
+      bool known = true;
+      for (int i = 0; i < n; ++i) {
         any = any || low_digits_tell(std::numeric_limits<Scalar>::epsilon() * start.x(i), start.D(i));
+        known = known && start.D(i) == Scalar(0);
+      }
+      any = any && (known || !slides);
       if (any) low = start.x_low;
     }
   }

@@ -88,7 +88,7 @@ template <typename Store, typename Scalar, int n>
 }
 template <typename Store, typename Scalar, int n>
 [[nodiscard]] bool linearised_step(const Store& store, int j, FactoredBelief<Scalar, n>& belief) {
-  AllDigits<typename Store::Dynamics, Scalar> digits(belief);
+  AllDigits<typename Store::Dynamics, Scalar> digits(belief, slides<Store>);
   const Vector<Scalar, n> before = belief.x;
   if (!linearised_move(store, j, belief)) return false;
   if (digits.any) {

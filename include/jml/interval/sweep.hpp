@@ -121,7 +121,7 @@ class Sweep {
     prior.a[next] = infeasible ? prior.law : X(prior.a[now] + prior.law);
     Scalar cost = prior.squared_norm(next) / Scalar(2);
     Scalar moved = kernel::squared_norm(prior.law);
-    AllDigits<D, Scalar> digits(store_.start());
+    AllDigits<D, Scalar> digits(store_.start(), slides<Store>);
     X x;
     kernel::add_product<1>(prior.x, prior.L, prior.a[next], x);  // x_0 = x̂_0 + L a
     if (digits.any) digits.begin(prior.x, prior.L, prior.a[next], x);
@@ -223,9 +223,10 @@ class Sweep {
   }
 
  private:
-  /// The nominal begins at x̂_0 + L a in more digits than it is kept in.
+  /// The nominal begins at x̂_0 + L a in more digits than it is kept in. Not that of a window: its x_0 is a
+  /// node of the one before.
   [[nodiscard]] bool follows_exactly(bool infeasible) const {
-    return !infeasible && AllDigits<D, Scalar>(store_.start()).any;
+    return !slides<Store> && !infeasible && AllDigits<D, Scalar>(store_.start(), false).any;
   }
 
   JML_NOINLINE bool at_prior(bool infeasible, bool bent, Scalar damping, const CostToGo<Scalar, n>& v,

@@ -130,11 +130,12 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
       if (!fresh.noise.form(dynamics_, x, at)) return Status::invalid_disturbance_covariance;
     }
     fresh.x[now_] = jml::dynamics(dynamics_, x, at) + root(last_).mean_effect;
-    AllDigits<D, Scalar> digits(arrival_);
-    if (digits.any) {
-      digits.begin(prior_.x, prior_.L, prior_.a[now_], node(0).x[now_]);
-      for (int j = 1; j <= last_; ++j)
-        digits.move(*this, j, node(j).b[now_], node(j - 1).x[now_], node(j).x[now_]);
+    AllDigits<D, Scalar> digits(arrival_, true);
+    if (digits.any) {  // from x_0 on, as nodes hold their upper parts alone
+      X before, after;
+      digits.begin(prior_.x, prior_.L, prior_.a[now_], before);
+      for (int j = 1; j <= last_; ++j, before = after) digits.move(*this, j, node(j).b[now_], before, after);
+      fresh.x[now_] = before;
     }
     return all_finite(fresh.x[now_]) && all_finite(step_jacobian(*this, last_)) ? Status::ok
                                                                                 : Status::dynamics_not_finite;
