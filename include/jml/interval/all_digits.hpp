@@ -60,6 +60,16 @@ struct AllDigits {
       keep(i, sum, x);
     }
   }
+  /// The state of the last node, from x_0 on: nodes hold upper parts alone.
+  template <typename Store>
+  [[nodiscard]] JML_RARE X follow(const Store& store, const X& start, const Matrix<Scalar, n, n>& L,
+                                  const X& a) {
+    X before, after;
+    begin(start, L, a, before);
+    for (int j = 1; j <= store.last(); ++j, before = after)
+      move(store, j, store.node(j).b[store.now()], before, after);
+    return before;
+  }
 
  private:
   void keep(int i, const Extended<Scalar>& value, X& x) {

@@ -17,7 +17,6 @@
 #include <jml/interval/window_parts.hpp>
 
 namespace jml {
-
 namespace detail {
 
 /// `length` steps, and room for `measurements` of each sensor type at each node.
@@ -131,12 +130,7 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
     }
     fresh.x[now_] = jml::dynamics(dynamics_, x, at) + root(last_).mean_effect;
     AllDigits<D, Scalar> digits(arrival_, true);
-    if (digits.any) {  // from x_0 on, as nodes hold their upper parts alone
-      X before, after;
-      digits.begin(prior_.x, prior_.L, prior_.a[now_], before);
-      for (int j = 1; j <= last_; ++j, before = after) digits.move(*this, j, node(j).b[now_], before, after);
-      fresh.x[now_] = before;
-    }
+    if (digits.any) fresh.x[now_] = digits.follow(*this, prior_.x, prior_.L, prior_.a[now_]);
     return all_finite(fresh.x[now_]) && all_finite(step_jacobian(*this, last_)) ? Status::ok
                                                                                 : Status::dynamics_not_finite;
   }
@@ -303,5 +297,4 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
 };
 
 }  // namespace detail
-
 }  // namespace jml
