@@ -261,4 +261,31 @@ TEST(NamedCases, PlainIsLostWhereRoundingLosesIt) {
   EXPECT_GT(lost, 1);
 }
 
+// Two states known exactly, constants at first, and then moved by an F that expands by 1.39: x is right to 64 ε of
+// the largest state, though it contracts for nine steps.
+TEST(NamedCases, KnownConstantsThatMoveLater) {
+  with_each_form([](auto method) {
+    Drift<double, 2> drift;
+    const jml::Vector<double, 2> start(0.48697099869198546, 0.62258772811068952);
+    jml::Filter filter{method, drift, jml::Estimate<double, 2>{start, Matrix<double, 2, 2>::Zero()}};
+    for (int k = 0; k < 3; ++k) ASSERT_EQ(filter.predict(), Status::ok);
+    EXPECT_EQ(filter.x(), start);
+    EXPECT_FALSE(filter.belief().extended);  // a constant has nothing to keep
+    drift.F << -0.34915291480633587, 0.010071245666039782, 1.3351556973178216, -1.3776738613890991;
+    ASSERT_EQ(filter.retune(drift), Status::ok);
+    Quad x[2] = {start(0), start(1)};
+    double largest = 0;
+    for (int k = 0; k < 25; ++k) {
+      ASSERT_EQ(filter.predict(), Status::ok);
+      const Quad first = drift.F(0, 0) * x[0] + drift.F(0, 1) * x[1];
+      x[1] = drift.F(1, 0) * x[0] + drift.F(1, 1) * x[1];
+      x[0] = first;
+      for (int i = 0; i < 2; ++i) {
+        largest = std::max(largest, std::abs(static_cast<double>(x[i])));
+        EXPECT_LE(std::abs(static_cast<double>(filter.x()(i) - x[i])), std::ldexp(1, -46) * largest) << k;
+      }
+    }
+  });
+}
+
 }  // namespace

@@ -28,17 +28,19 @@ template <typename Rule, typename Scalar, int n>
 using SizesOf = std::conditional_t<Rule::symmetric, Vector<Scalar, n>, NoSizes>;
 
 /// update() of x̄, N into the caller's x and P, which are touched on refusal too. A measurement that the gate
-/// rejects leaves the prediction in them. `sizes`: of what N came from, see predict_into(). False where the
-/// answer is none, or its digits do not suffice: again() says why, or does it over. (Nothing here is handed
-/// to a function out of line, but by value, so that all of it lives in registers.)
+/// rejects leaves the prediction in them. `sizes`: of what N came from, see predict_into(); `known`: see
+/// has_digits(). False where the answer is none, or its digits do not suffice: again() says why, or does it
+/// over. (Nothing here is handed to a function out of line, but by value, so that all of it lives in
+/// registers.)
 template <typename Rule, typename S, typename Scalar, int n, int p, typename Sizes, typename At,
-          typename Observer = Unobserved>
+          typename Known, typename Observer = Unobserved>
 [[nodiscard]] JML_INLINE inline bool update_into(const Rule& rule, const S& s,
                                                  const Vector<Scalar, n>& prediction,
                                                  const Matrix<Scalar, n, n>& N, const Sizes& sizes,
                                                  const Vector<Scalar, p>& y, const At& at, const Gate& gate,
                                                  StepReport<Scalar, n, p>& report, Vector<Scalar, n>& x,
-                                                 Matrix<Scalar, n, n>& P, const Observer& observer = {}) {
+                                                 Matrix<Scalar, n, n>& P, const Known& known,
+                                                 const Observer& observer = {}) {
   const Matrix<Scalar, p, p> R = noise_covariance(s, prediction, at);
   if (!is_noise_covariance(R)) return false;
   // Locals, stored into the report when done: a value just stored in pieces is slow to load back as a whole.
@@ -65,7 +67,7 @@ template <typename Rule, typename S, typename Scalar, int n, int p, typename Siz
     if (report.gate == Verdict::rejected) {
       kernel::assign(x, prediction);
       kernel::assign(P, N);
-      return has_digits<Rule>(N, N, sizes, Scalar(1), report.rounding);
+      return has_digits<Rule>(N, N, sizes, Scalar(1), report.rounding, known);
     }
   }
   observer.correction(prediction, slot_d, R, innovation);
@@ -79,7 +81,7 @@ template <typename Rule, typename S, typename Scalar, int n, int p, typename Siz
       for (int i = 0; i < p; ++i) fine &= terms(i) <= finest_innovation<Scalar> * alone(i);
     }
   }
-  const bool held = has_digits<Rule>(P, N, sizes, condition, report.rounding);
+  const bool held = has_digits<Rule>(P, N, sizes, condition, report.rounding, known);
   if constexpr (Rule::symmetric) kernel::mirror(P);
   return held && fine && all_finite(x);
 }
@@ -101,7 +103,8 @@ template <typename Rule, typename Model, typename Belief, typename At, typename 
   const Status status =
       predict_into(rule, model.dynamics, model.noise, prior, at, next.x, next.P, sizes, observer);
   if (status != Status::ok) return status;
-  const bool held = has_digits<Rule>(next.P, next.P, sizes, Scalar(1), rounding);
+  const bool held =
+      has_digits<Rule>(next.P, next.P, sizes, Scalar(1), rounding, KnownMove{rule, model, prior, at});
   if (held && all_finite(next.x) && all_finite(prior.x)) return Status::ok;
   if constexpr (Rule::symmetric)
     return in_two();
@@ -116,7 +119,7 @@ void one_pass_correct(const Rule& rule, const Belief& prior, const Sample& sampl
   const Vector<Scalar, Belief::states> sizes = kernel::diagonal(prior.P);
   const bool done =
       !is_extended(prior) && update_into(rule, sample.sensor, prior.x, prior.P, sizes, sample.y, sample.at,
-                                         sample.gate, report, next.x, next.P, observer);
+                                         sample.gate, report, next.x, next.P, KnownStay{}, observer);
   if (!done) commit(next, again<false>(rule, Unobserved{}, prior, sample.at, sample, sample.at, report));
 }
 
@@ -136,6 +139,7 @@ template <typename Rule, typename Model, typename Belief, typename Sample, typen
   if (predict_into(rule, model.dynamics, model.noise, prior, sample.at, prediction, N, sizes, observer) !=
       Status::ok)
     return false;
+  const KnownMove known{rule, model, prior, sample.at};
   bool done = false;
   if constexpr (n <= 3) {  // apart from the belief, in registers
     Vector<Scalar, n> x;
@@ -143,12 +147,12 @@ template <typename Rule, typename Model, typename Belief, typename Sample, typen
     kernel::assign(x, prior.x);
     kernel::assign(P, prior.P);
     done = update_into(rule, sample.sensor, prediction, N, sizes, sample.y, end_of(sample.at), sample.gate,
-                       report, x, P, observer);
+                       report, x, P, known, observer);
     kernel::assign(next.x, x);
     kernel::assign(next.P, P);
   } else {
     done = update_into(rule, sample.sensor, prediction, N, sizes, sample.y, end_of(sample.at), sample.gate,
-                       report, next.x, next.P, observer);
+                       report, next.x, next.P, known, observer);
   }
   return done;
 }
@@ -217,7 +221,10 @@ struct OnePass : Rule_ {
   [[nodiscard]] Status start(const Model& model, const Estimate<Scalar, m>& given, Belief& belief) const {
     static_assert(m == Belief::states, "jml: the estimate has not as many states as the dynamics");
     belief = Belief(given);
-    if constexpr (requires { belief.exact; }) belief.exact = true;
+    if constexpr (Rule::symmetric) {
+      belief.exact = true;
+      belief.extended = detail::is_affine<Model>() && detail::better_known_than_rounding(given.x, given.P);
+    }
     const Status status = check_estimate(rule(), given);
     return status == Status::ok ? model.status() : status;
   }

@@ -8,6 +8,7 @@
 #include <jml/filter/dense_rounding.hpp>
 #include <jml/filter/filter_core.hpp>
 #include <jml/filter/general_step.hpp>
+#include <jml/filter/known_states.hpp>
 #include <jml/filter/step_in_two.hpp>
 #include <jml/filter/watched.hpp>
 
@@ -76,9 +77,9 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
   ExtendedMemory<Scalar, n, q, p> memory;
   ExtendedStep<Scalar> two(memory);
   report.redone = true;
-  bool fine = false, exact = is_exact(prior);
+  constexpr bool affine = !moves || is_affine<Model>();
+  bool fine = false, exact = affine && is_exact(prior);
   if constexpr (requires { prior.fine; }) fine = prior.fine;
-  if constexpr (moves) exact = exact && DynamicsTraits<std::remove_cvref_t<decltype(model.dynamics)>>::linear;
   const auto begin = [&]() -> Status {
     if (!all_finite(prior.x)) return Status::invalid_state;
     if (!all_finite(prior.P)) return Status::invalid_covariance;
@@ -86,7 +87,7 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
     if (is_extended(prior)) {
       if constexpr (requires { prior.P_low; }) {
         x_low = prior.x_low.data();
-        P_low = prior.P_low.data();
+        P_low = prior.low_of_P();
       }
     }
     if (!two.load(prior.P.data(), P_low)) return Status::covariance_lost;  // indefinite already
@@ -116,7 +117,7 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
   if (!two.finite() || two.underflows() || !(two.magnification() <= most))
     return report.status = Status::covariance_lost, prior;
   Belief next = prior;
-  const bool extended = fine || combines || report.rounding > plain_error<Scalar> / Scalar(100);
+  bool extended = fine || combines || report.rounding > plain_error<Scalar> / Scalar(100);
   if (!(report.rounding <= worst_error<Scalar> / Scalar(8))) {  // it could be lost: is it?
     report.rounding = dense_rounding<n>(two);
     const bool kept = !combines && extended_epsilon<Scalar> * spread <= plain_error<Scalar>;
@@ -129,6 +130,8 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
     }
   }
   if (!all_finite(next.P)) return report.status = Status::covariance_lost, prior;  // an overflow
+  for (int i = 0; i < n && affine; ++i)
+    extended = extended || low_digits_tell(in_two<Scalar>(two.x(i)).low, next.P(i, i));
   if constexpr (requires { next.P_low; }) {
     next.extended = extended;
     next.exact = extended && exact;

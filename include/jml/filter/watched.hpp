@@ -40,6 +40,11 @@ struct WatchedEstimate : Estimate<Scalar, n> {
   }
   /// @}
 
+  /// The low part of P; null where it has none, as at a start, of which x alone may get one.
+  [[nodiscard]] const Scalar* low_of_P() const {
+    return extended && spread > Scalar(0) ? P_low.data() : nullptr;
+  }
+
   /// *this = next, part by part: what was just stored in pieces is slow to load back as a whole.
   JML_INLINE void take(const WatchedEstimate& next) {
     kernel::assign(this->x, next.x);
@@ -130,15 +135,28 @@ template <typename Scalar, int n>
   return most;
 }
 
+/// x of no known state was rounded.
+struct KnownStay {
+  template <typename Variances>
+  bool operator()(const Variances&) const {
+    return true;
+  }
+};
+
 /// P has digits left. Of a symmetric rule: it is a covariance, what it came from has `sizes`, squared, and
-/// the S of its correction the condition `condition`; of another one it came from N.
-template <typename Rule, typename Scalar, int n, typename Sizes>
+/// the S of its correction the condition `condition`; of another one it came from N. `known`(P_ii), asked
+/// where some are zero: x of those has digits left.
+template <typename Rule, typename Scalar, int n, typename Sizes, typename Known = KnownStay>
 [[nodiscard]] JML_INLINE inline bool has_digits(const Matrix<Scalar, n, n>& P, const Matrix<Scalar, n, n>& N,
-                                                const Sizes& sizes, Scalar condition, Scalar& rounding) {
+                                                const Sizes& sizes, Scalar condition, Scalar& rounding,
+                                                const Known& known = {}) {
   constexpr Scalar epsilon = std::numeric_limits<Scalar>::epsilon();
   if constexpr (Rule::symmetric) {
     Pivots<Scalar> found = pivots_of(P, sizes);
-    if (!found.positive) found = pivots_with_zeros<Scalar, n>(P, sizes);
+    if (!found.positive) {
+      found = pivots_with_zeros<Scalar, n>(P, sizes);
+      found.positive = found.positive && known(kernel::diagonal(P));
+    }
     rounding = epsilon * (condition * found.loss);
     return found.positive && rounding <= plain_error<Scalar>;
   } else {

@@ -8,6 +8,7 @@
 #include <jml/warnings_begin.hpp>
 #pragma once
 
+#include <jml/interval/all_digits.hpp>
 #include <jml/interval/belief_in_two.hpp>
 #include <jml/interval/information_in_two.hpp>
 #include <jml/interval/nodes.hpp>
@@ -51,9 +52,10 @@ template <typename Store>
   return dynamics_jacobian(store.dynamics(), store.node(j - 1).x[store.now()], store.node(j).at());
 }
 
-/// The step that leads to node j. False where its covariance is lost: `belief` is as it was.
+/// The step that leads to node j, x in the digits of Scalar. False where its covariance is lost: `belief` is
+/// as it was.
 template <typename Store, typename Scalar, int n>
-[[nodiscard]] bool linearised_step(const Store& store, int j, FactoredBelief<Scalar, n>& belief) {
+[[nodiscard]] bool linearised_move(const Store& store, int j, FactoredBelief<Scalar, n>& belief) {
   constexpr int q = NoiseRoot<Scalar, typename Store::Dynamics>::q, m = n + q;
   const auto& nominal = store.node(j - 1).x[store.now()];
   const auto& root = store.root(j);
@@ -85,6 +87,18 @@ template <typename Store, typename Scalar, int n>
   }
   return move_in_two(A, root.B, x, belief);
 }
+template <typename Store, typename Scalar, int n>
+[[nodiscard]] bool linearised_step(const Store& store, int j, FactoredBelief<Scalar, n>& belief) {
+  AllDigits<typename Store::Dynamics, Scalar> digits(belief, slides<Store>);
+  const Vector<Scalar, n> before = belief.x;
+  if (!linearised_move(store, j, belief)) return false;
+  if (digits.any) {
+    constexpr int q = NoiseRoot<Scalar, typename Store::Dynamics>::q;
+    digits.move(store, j, kernel::zeros<Vector<Scalar, q>>(), before, belief.x);
+    belief.x_low = digits.low;
+  }
+  return true;
+}
 
 /// Corrects `belief` with the measurements of node j; false where one would lose its covariance, and is left
 /// out.
@@ -101,7 +115,7 @@ template <typename Store, typename Scalar, int n>
       FactoredBelief<Scalar, n> next;
       commit(next, belief);
       next.extended = false;
-      kernel::set_zero(next.x_low);
+      if constexpr (!DynamicsTraits<typename Store::Dynamics>::linear) kernel::set_zero(next.x_low);
       Vector<Scalar, n> gain;
       for (int i = 0; i < p; ++i) {
         if (!(rows.r(i) <= std::numeric_limits<Scalar>::max())) continue;
@@ -109,7 +123,11 @@ template <typename Store, typename Scalar, int n>
         for (int k = 0; k < n; ++k) e -= rows.H(k, i) * (next.x(k) - nominal(k));
         kernel::correct_row(next, &rows.H(0, i), rows.r(i), gain, alpha);
         const Scalar share = e / alpha;
-        for (int k = 0; k < n; ++k) next.x(k) += gain(k) * share;
+        for (int k = 0; k < n; ++k) {
+          const auto sum = as_one(next.x(k), next.x_low(k)) + Extended<Scalar>(gain(k) * share);
+          next.x(k) = in_two<Scalar>(sum).high;
+          next.x_low(k) = in_two<Scalar>(sum).low;
+        }
       }
       if (rows.pulls) next.x += next.P() * rows.pull;
       if (settle(next, belief.variances)) {

@@ -24,7 +24,7 @@ template <typename Scalar, int n>
   if (!estimate.extended) return factors_of(static_cast<const Estimate<Scalar, n>&>(estimate), out);
   ExtendedMemory<Scalar, n, 0, 0> memory;
   ExtendedStep<Scalar> two(memory);
-  if (!two.load(estimate.P.data(), estimate.P_low.data())) return false;
+  if (!two.load(estimate.P.data(), estimate.low_of_P())) return false;
   two.load_state(estimate.x.data(), estimate.x_low.data());
   return store_extended(two, out) == Status::ok;
 }

@@ -105,7 +105,8 @@ class Sweep {
         store_, loss_, infeasible, false, damping, -1, information, sums, [](int) {},
         [&](int j, const Feedback<Scalar, n, q>& law) { store_.node(j).law = law; });
     auto& prior = store_.prior();
-    const X a = infeasible ? X(kernel::zeros<X>()) : prior.a[now], off = prior.x - store_.node(0).x[now];
+    const X a = infeasible ? X(kernel::zeros<X>()) : prior.a[now];
+    const X off = follows_exactly(infeasible) ? X(-(prior.L * a)) : X(prior.x - store_.node(0).x[now]);
     total = sums;
     return information.at_prior(prior.L.data(), prior.weight.data(), a.data(), off.data(), damping,
                                 prior.law.data(), total) &&
@@ -121,8 +122,10 @@ class Sweep {
     prior.a[next] = infeasible ? prior.law : X(prior.a[now] + prior.law);
     Scalar cost = prior.squared_norm(next) / Scalar(2);
     Scalar moved = kernel::squared_norm(prior.law);
+    AllDigits<D, Scalar> digits(store_.start(), slides<Store>);
     X x;
     kernel::add_product<1>(prior.x, prior.L, prior.a[next], x);  // x_0 = x̂_0 + L a
+    if (digits.any) digits.begin(prior.x, prior.L, prior.a[next], x);
     for (int j = 0;; ++j) {
       auto& node = store_.node(j);
       kernel::assign(node.x[next], x);
@@ -146,6 +149,7 @@ class Sweep {
       kernel::assign(f, dynamics(store_.dynamics(), x, following.at()));
       if constexpr (NoiseRoot<Scalar, D>::has_mean) f += root.mean_effect;
       kernel::add_product<1>(f, root.B, b, x);  // x⁺ = f + G w̄ + B b
+      if (digits.any) digits.move(store_, j + 1, b, node.x[next], x);
     }
     if (const Terminal<Scalar, n>* end = store_.terminal()) {
       const X off = x - end->target;
@@ -220,6 +224,12 @@ class Sweep {
   }
 
  private:
+  /// The nominal begins at x̂_0 + L a in more digits than it is kept in. Not that of a window: its x_0 is a
+  /// node of the one before.
+  [[nodiscard]] bool follows_exactly(bool infeasible) const {
+    return !slides<Store> && !infeasible && AllDigits<D, Scalar>(store_.start(), false).any;
+  }
+
   JML_NOINLINE bool at_prior(bool infeasible, bool bent, Scalar damping, const CostToGo<Scalar, n>& v,
                              PassSums<Scalar>& sums) {
     auto& prior = store_.prior();
@@ -228,7 +238,8 @@ class Sweep {
     const int now = store_.now();
     const X a = infeasible ? X(kernel::zeros<X>()) : prior.a[now];
     // x_0 need not be x̂_0 + L a, whose J this is: a guess, rounding in deviations of a singular P_0.
-    const X off = prior.x + prior.L * a - store_.node(0).x[now];
+    const X off = follows_exactly(infeasible) ? X(kernel::zeros<X>())
+                                              : X(prior.x + prior.L * a - store_.node(0).x[now]);
     const X slope = v.slope + v.information * off;
     Matrix<Scalar, n, n> C = kernel::transposed(prior.L) * v.information * prior.L;
     C = kernel::symmetric_part(C);

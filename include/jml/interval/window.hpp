@@ -130,6 +130,8 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
       if (!fresh.noise.form(dynamics_, x, at)) return Status::invalid_disturbance_covariance;
     }
     fresh.x[now_] = jml::dynamics(dynamics_, x, at) + root(last_).mean_effect;
+    AllDigits<D, Scalar> digits(arrival_, true);
+    if (digits.any) fresh.x[now_] = digits.follow(*this, prior_.x, prior_.L, prior_.a[now_]);
     return all_finite(fresh.x[now_]) && all_finite(step_jacobian(*this, last_)) ? Status::ok
                                                                                 : Status::dynamics_not_finite;
   }

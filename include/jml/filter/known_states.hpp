@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// States that are known better than Scalar can say. The rounding of x, ε |x| a step, is no small part of
+/// their deviations, and dynamics that expand make more of both: so their x moves in twice the digits until
+/// the deviations are larger, or until nothing is dropped, as of a known constant.
+#pragma once
+
+#include <jml/riccati/difference.hpp>
+#include <jml/rounding.hpp>
+#include <jml/twofold.hpp>
+
+namespace jml::detail {
+
+/// The dynamics of a model of steps are affine.
+template <typename Model>
+consteval bool is_affine() {
+  if constexpr (requires(const Model& model) { model.dynamics; })
+    return DynamicsTraits<std::remove_cvref_t<decltype(Model::dynamics)>>::linear;
+  else
+    return false;
+}
+
+/// `low`, a part of x that Scalar does not hold, is more than P may be off by, in deviations of that state.
+template <typename Scalar>
+[[nodiscard]] inline bool low_digits_tell(Scalar low, Scalar variance) {
+  return !(low * low <= plain_error<Scalar> * plain_error<Scalar> * variance);
+}
+
+/// An ε of some state would be. (A start is no rare thing: what must call a cold function is cold itself.)
+template <typename Scalar, int n>
+[[nodiscard]] JML_NOINLINE bool better_known_than_rounding(const Vector<Scalar, n>& x,
+                                                           const Matrix<Scalar, n, n>& P) {
+  bool better = false;
+  for (int i = 0; i < n; ++i)
+    better = better || low_digits_tell(std::numeric_limits<Scalar>::epsilon() * x(i), P(i, i));
+  return better;
+}
+
+/// Whether affine dynamics move the states of variance zero from x without rounding.
+template <typename Rule, typename Model, typename Scalar, int n, typename At>
+[[nodiscard]] JML_RARE bool moves_known_exactly(const Rule& rule, const Model& model,
+                                                const Vector<Scalar, n>& x, At at,
+                                                Vector<Scalar, n> variances) {
+  using T = Extended<Scalar>;
+  const auto& d = model.dynamics;
+  const Vector<Scalar, n> constant = predicted_state(d, kernel::zeros<Vector<Scalar, n>>(), at);
+  const Matrix<Scalar, n, n> A = dynamics_slot<Rule::A>(rule, d, x, x, at);
+  bool exact = true;
+  for (int i = 0; i < n; ++i) {
+    if (variances(i) != Scalar(0)) continue;
+    T sum(constant(i));
+    for (int j = 0; j < n; ++j) sum = sum + T(A(i, j)) * T(x(j));
+    exact = exact && in_two<Scalar>(sum).low == Scalar(0);
+  }
+  return exact;
+}
+
+/// The question of has_digits() of a step from `prior` over `at`. A belief without low digits is not asked.
+template <typename Rule, typename Model, typename Belief, typename At>
+struct KnownMove {
+  const Rule& rule;
+  const Model& model;
+  const Belief& prior;
+  const At& at;
+
+  template <typename Variances>
+  [[nodiscard]] JML_INLINE bool operator()(const Variances& variances) const {
+    if constexpr (is_affine<Model>() && requires { prior.x_low; })
+      return moves_known_exactly(rule, model, prior.x, at, variances);
+    else
+      return true;
+  }
+};
+
+}  // namespace jml::detail
