@@ -11,7 +11,8 @@
 //   given: noise of 0.05 rad                               a piece whose numbers are no results: limits, settings, sources
 //   [examples/guide/measured.md whole]                     a page where nothing may be left out, see below
 //
-// A piece is found by its words; how the page breaks its lines does not matter. It must be there once. On a whole page
+// A piece is found by its words; how the page breaks its lines does not matter. It must be there once. A piece that
+// begins with | is a whole row of a table. On a whole page
 // every number with a decimal point and every row of a table that holds a digit must lie in a piece.
 #include <algorithm>
 #include <cctype>
@@ -53,10 +54,12 @@ struct Piece {
 Piece parsed(const std::string& line) {
   Piece piece{line, {}, {}};
   std::size_t at = 0;
-  for (std::size_t open = line.find('{'); open != std::string::npos; open = line.find('{', at)) {
+  for (std::size_t open = line.find('{'); open != std::string::npos; open = line.find('{', open + 1)) {
     const std::size_t close = std::min(line.find('}', open), line.size() - 1);
+    const std::string inside = line.substr(open + 1, close - open - 1);
+    if (inside.find(' ') == std::string::npos || inside.find('{') != std::string::npos) continue;  // `Factored{Ekf{}}`
     piece.words.push_back(line.substr(at, open - at));
-    piece.expressions.push_back(line.substr(open + 1, close - open - 1));
+    piece.expressions.push_back(inside);
     at = close + 1;
   }
   piece.words.push_back(line.substr(at));
@@ -96,7 +99,12 @@ std::vector<Place> places(const std::string& text, const Piece& piece) {
       else place.numbers.emplace_back(place.end, end);
       if (place.end != std::string::npos) place.end = end;
     }
-    if (place.end != std::string::npos && place.end > begin) out.push_back(std::move(place));
+    if (place.end == std::string::npos || place.end == begin) continue;
+    if (piece.words.front().starts_with("|")) {  // a row of a table: all of it
+      if (begin > 0 && text[begin - 1] != '\n') continue;
+      if (place.end < text.size() && text[place.end] != '\n') continue;
+    }
+    out.push_back(std::move(place));
   }
   return out;
 }
