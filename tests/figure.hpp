@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// A figure of a test that README or guide quote: one line of its output, which the targets of tests/guide read.
+/// A figure of a test that README or guide quote: one line of its output, which the targets of tests/guide
+/// read.
 #pragma once
 
 #include <cstdio>

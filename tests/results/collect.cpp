@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Puts what a program printed into a file of stored results, or compares it with one.
 //
-//   collect store FILE KIND SOURCE...      writes FILE, and says what has changed by more than the scatter of its kind
-//   collect compare FILE KIND SOURCE...    exit code 1 where the two do not agree
+//   collect store FILE KIND SOURCE...      writes FILE, and says what has changed by more than the scatter of
+//   its kind collect compare FILE KIND SOURCE...    exit code 1 where the two do not agree
 //
 // KIND and SOURCE:
 //   summary OTHER_FILE            the summary.csv of a demo
@@ -12,9 +12,9 @@
 //   compile_cost PROGRAM ...      runs it, and reads the ratios of bench/compile/measure.cpp
 //   bench RESULTS.json            the medians of Google Benchmark
 //
-// What is computed must agree to four digits, less than 1e-9 being rounding; the counts of instructions to one in a
-// hundred, as another compiler of the same series makes them. Times scatter: a ratio of compile times by a tenth, what
-// the benchmarks and demos take by a third where the machine is shared.
+// What is computed must agree to four digits, less than 1e-9 being rounding; the counts of instructions to
+// one in a hundred, as another compiler of the same series makes them. Times scatter: a ratio of compile
+// times by a tenth, what the benchmarks and demos take by a third where the machine is shared.
 #include <sys/wait.h>
 
 #include <algorithm>
@@ -47,8 +47,10 @@ std::optional<std::string> output_of(char** words, int count) {
 std::string name_of(const std::string& words) {
   std::string out;
   for (const char c : words) {
-    if (std::isalnum(static_cast<unsigned char>(c)) != 0) out += static_cast<char>(std::tolower(c));
-    else if (!out.empty() && out.back() != '_') out += '_';
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0)
+      out += static_cast<char>(std::tolower(c));
+    else if (!out.empty() && out.back() != '_')
+      out += '_';
   }
   while (!out.empty() && out.back() == '_') out.pop_back();
   return out;
@@ -65,15 +67,18 @@ Table by_lines(const std::string& text, const Read& read) {
 void figure(const std::string& line, Table& out) {
   char name[200], unit[40];
   double value = 0;
-  if (std::sscanf(line.c_str(), "figure: %199s = %lg (%39[^)])", name, &value, unit) == 3) out.push_back({name, value, unit});
+  if (std::sscanf(line.c_str(), "figure: %199s = %lg (%39[^)])", name, &value, unit) == 3)
+    out.push_back({name, value, unit});
 }
 
 void bare_metal(const std::string& line, Table& out) {
   const auto ok = line.find(" ok ");
   double difference = 0, instructions = 0, stack = 0;
   if (ok == std::string::npos ||
-      std::sscanf(line.c_str() + line.find(':', ok), ": largest difference from the host %lg (tolerance %*g), %*d heap calls, "
-                  "%lg instructions a step, stack %lg", &difference, &instructions, &stack) != 3)
+      std::sscanf(line.c_str() + line.find(':', ok),
+                  ": largest difference from the host %lg (tolerance %*g), %*d heap calls, "
+                  "%lg instructions a step, stack %lg",
+                  &difference, &instructions, &stack) != 3)
     return;
   const std::string name = name_of(line.substr(0, ok));
   out.push_back({name + "_instructions", instructions, "-"});
@@ -90,20 +95,16 @@ void compile_cost(const std::string& line, Table& out) {
 
 /// Processor time in ns, or the time on the clock where the benchmark is registered so; and its counters.
 Table bench(const std::string& json) {
-  static const std::vector<std::string> fields{"family_index", "per_family_instance_index", "repetitions", "repetition_index",
-                                               "threads", "iterations", "real_time", "cpu_time", "aggregate_name"};
   Table out;
   std::string name;
-  bool median = false;
+  bool median = false, counters = false;  // these stand last
   double real = 0, processor = 0;
-  std::vector<std::pair<std::string, double>> counters;
   std::istringstream lines(json.substr(std::min(json.find("\"benchmarks\""), json.size())));
   for (std::string line; std::getline(lines, line);) {
     const auto open = line.find('"'), close = line.find("\":", open + 1);
     if (line.find('{') != std::string::npos) {
       name.clear();
-      counters.clear();
-      median = false;
+      median = counters = false;
     }
     if (open == std::string::npos || close == std::string::npos) continue;
     const std::string key = line.substr(open + 1, close - open - 1);
@@ -112,17 +113,21 @@ Table bench(const std::string& json) {
     if (value.starts_with("\"")) value = value.substr(1, value.size() - 2);
     char* end = nullptr;
     const double number = std::strtod(value.c_str(), &end);
-    if (key == "run_name") name = value;
-    else if (key == "aggregate_name") median = value == "median";
-    else if (key == "real_time") real = number;
-    else if (key == "cpu_time") processor = number;
+    if (key == "run_name")
+      name = value;
+    else if (key == "aggregate_name")
+      median = value == "median";
+    else if (key == "real_time")
+      real = number;
+    else if (key == "cpu_time")
+      processor = number;
     else if (key == "time_unit" && median) {
       const double unit = value == "ms" ? 1e6 : value == "us" ? 1e3 : value == "s" ? 1e9 : 1;
       const bool by_clock = name.ends_with("_time");
       if (by_clock) name = name.substr(0, name.rfind('/'));
       out.push_back({name, unit * (by_clock ? real : processor), "ns"});
-    } else if (median && !out.empty() && out.back().name.starts_with(name) && *end == '\0' && end != value.c_str() &&
-               std::isfinite(number) && std::find(fields.begin(), fields.end(), key) == fields.end()) {
+      counters = true;
+    } else if (counters && *end == '\0' && end != value.c_str() && std::isfinite(number)) {
       out.push_back({name + "." + key, number, "-"});
     }
   }
@@ -133,8 +138,8 @@ struct Kind {
   const char* name;
   double relative, absolute;
 };
-constexpr Kind kinds[] = {{"summary", 1e-4, 1e-9},      {"figures", 1e-4, 1e-9}, {"bare_metal", 1e-2, 1e-9},
-                          {"compile_cost", 0.1, 0.05}, {"bench", 0.33, 0},       {"timing", 0.33, 0}};
+constexpr Kind kinds[] = {{"summary", 1e-4, 1e-9},     {"figures", 1e-4, 1e-9}, {"bare_metal", 1e-2, 1e-9},
+                          {"compile_cost", 0.1, 0.05}, {"bench", 0.33, 0},      {"timing", 0.33, 0}};
 
 /// Says which rows do not agree, and counts them.
 int differences(const Table& stored, const Table& fresh, const Kind& kind) {
@@ -158,7 +163,7 @@ int differences(const Table& stored, const Table& fresh, const Kind& kind) {
     there.erase(found);
   }
   for (const auto& [name, value] : there) {
-    std::printf("%s: printed, and not stored\n", name.c_str());
+    if (!stored.empty()) std::printf("%s: printed, and not stored\n", name.c_str());
     ++count;
   }
   return count;
@@ -168,7 +173,8 @@ int differences(const Table& stored, const Table& fresh, const Kind& kind) {
 
 int main(int argc, char** argv) {
   const std::string what = argc > 4 ? argv[1] : "", name = argc > 4 ? argv[3] : "";
-  const auto* const kind = std::find_if(std::begin(kinds), std::end(kinds), [&](const Kind& k) { return name == k.name; });
+  const auto* const kind =
+      std::find_if(std::begin(kinds), std::end(kinds), [&](const Kind& k) { return name == k.name; });
   if ((what != "store" && what != "compare") || kind == std::end(kinds))
     return std::fputs("collect store|compare FILE KIND SOURCE... (see the source)\n", stderr), 2;
   Table fresh;
@@ -182,7 +188,7 @@ int main(int argc, char** argv) {
     fresh = by_lines(*printed, name == "figures" ? figure : name == "bare_metal" ? bare_metal : compile_cost);
   }
   if (fresh.empty()) return std::printf("no results in what %s gave\n", argv[4]), 1;
-  const int count = differences(guide::read_table(argv[2]), fresh, *kind);
+  const int count = differences(guide::read_table(argv[2]), fresh, *kind);  // of a new file: all
   std::printf("%s: %zu results, %d %s\n", argv[2], fresh.size(), count,
               what == "store" ? "new, gone or beyond the scatter" : "do not agree");
   if (what == "compare") return count == 0 ? 0 : 1;

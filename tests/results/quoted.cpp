@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Do README and guide say what the stored results say?
 //
-//   quoted check ROOT     every number that is quoted, against examples/guide/results/*.csv; exit code 1 where one differs
-//   quoted write ROOT     puts the stored numbers in their places
+//   quoted check ROOT     every number that is quoted, against examples/guide/results/*.csv; exit code 1
+//   where one differs quoted write ROOT     puts the stored numbers in their places
 //
 // What is quoted stands in examples/guide/results/quoted.txt:
 //
 //   [README.md]                                            the page
-//   position RMSE of {plaza1:ekf_rmse .2} m                a piece of it, with a stored result in place of the number
-//   given: noise of 0.05 rad                               a piece whose numbers are no results: limits, settings, sources
-//   [examples/guide/measured.md whole]                     a page where nothing may be left out, see below
+//   position RMSE of {plaza1:ekf_rmse .2} m                a piece of it, with a stored result in place of
+//   the number given: noise of 0.05 rad                               a piece whose numbers are no results:
+//   limits, settings, sources [examples/guide/measured.md whole]                     a page where nothing may
+//   be left out, see below
 //
-// A piece is found by its words; how the page breaks its lines does not matter. It must be there once. A piece that
-// begins with | is a whole row of a table. On a whole page
-// every number with a decimal point and every row of a table that holds a digit must lie in a piece.
+// A piece is found by its words; how the page breaks its lines does not matter. It must be there once. A
+// piece that begins with | is a whole row of a table. On a whole page every number with a decimal point and
+// every row of a table that holds a digit must lie in a piece.
 #include <algorithm>
 #include <cctype>
 
@@ -46,8 +47,8 @@ std::size_t end_of_number(const std::string& text, std::size_t at) {
 }
 
 struct Piece {
-  std::string text;                     // as the list has it, for messages
-  std::vector<std::string> words;       // between the numbers; one more than
+  std::string text;                // as the list has it, for messages
+  std::vector<std::string> words;  // between the numbers; one more than
   std::vector<std::string> expressions;
 };
 
@@ -57,7 +58,8 @@ Piece parsed(const std::string& line) {
   for (std::size_t open = line.find('{'); open != std::string::npos; open = line.find('{', open + 1)) {
     const std::size_t close = std::min(line.find('}', open), line.size() - 1);
     const std::string inside = line.substr(open + 1, close - open - 1);
-    if (inside.find(' ') == std::string::npos || inside.find('{') != std::string::npos) continue;  // `Factored{Ekf{}}`
+    if (inside.find(' ') == std::string::npos || inside.find('{') != std::string::npos)
+      continue;  // `Factored{Ekf{}}`
     piece.words.push_back(line.substr(at, open - at));
     piece.expressions.push_back(inside);
     at = close + 1;
@@ -95,8 +97,10 @@ std::vector<Place> places(const std::string& text, const Piece& piece) {
       place.end = after_words(text, place.end, piece.words[i]);
       if (place.end == std::string::npos || i == piece.expressions.size()) break;
       const std::size_t end = end_of_number(text, place.end);
-      if (end == place.end) place.end = std::string::npos;
-      else place.numbers.emplace_back(place.end, end);
+      if (end == place.end)
+        place.end = std::string::npos;
+      else
+        place.numbers.emplace_back(place.end, end);
       if (place.end != std::string::npos) place.end = end;
     }
     if (place.end == std::string::npos || place.end == begin) continue;
@@ -120,7 +124,8 @@ class Page {
   void quote(const std::string& line, const Results& results) {
     const bool given = line.starts_with("given: ");
     const Piece piece = parsed(given ? line.substr(7) : line);
-    if (given != piece.expressions.empty()) return complain("in the list, neither a result nor given: " + line);
+    if (given != piece.expressions.empty())
+      return complain("in the list, neither a result nor given: " + line);
     auto found = places(text_, piece);
     if (found.size() != 1 && !given)
       return complain((found.empty() ? "does not say: " : "says more than once: ") + line);
@@ -141,15 +146,17 @@ class Page {
 
   void check() {
     for (const Change& c : changes_)
-      complain("says " + text_.substr(c.begin, c.end - c.begin) + ", the stored result is " + c.value + ": " + c.expression);
+      complain("says " + text_.substr(c.begin, c.end - c.begin) + ", the stored result is " + c.value + ": " +
+               c.expression);
     if (whole_) look_for_more();
   }
 
   void write() {
-    std::sort(changes_.begin(), changes_.end(), [](const Change& a, const Change& b) { return a.begin > b.begin; });
+    std::sort(changes_.begin(), changes_.end(),
+              [](const Change& a, const Change& b) { return a.begin > b.begin; });
     for (const Change& c : changes_) {
-      std::printf("%s: %s becomes %s: %s\n", name_.c_str(), text_.substr(c.begin, c.end - c.begin).c_str(), c.value.c_str(),
-                  c.expression.c_str());
+      std::printf("%s: %s becomes %s: %s\n", name_.c_str(), text_.substr(c.begin, c.end - c.begin).c_str(),
+                  c.value.c_str(), c.expression.c_str());
       text_.replace(c.begin, c.end - c.begin, c.value);
     }
     if (!changes_.empty() && !(std::ofstream(file_) << text_)) complain("cannot be written");
@@ -166,7 +173,8 @@ class Page {
     good_ = false;
   }
   bool is_covered(std::size_t begin, std::size_t end) const {
-    return std::any_of(covered_.begin(), covered_.end(), [=](const auto& c) { return c.first <= begin && end <= c.second; });
+    return std::any_of(covered_.begin(), covered_.end(),
+                       [=](const auto& c) { return c.first <= begin && end <= c.second; });
   }
 
   /// Numbers and rows of tables that no piece holds.
@@ -176,7 +184,8 @@ class Page {
     for (std::string line; std::getline(lines, line); at += line.size() + 1) {
       row = line.starts_with("|") ? row + 1 : 0;
       const bool has_digit = std::any_of(line.begin(), line.end(), is_digit);
-      if (row > 2 && has_digit && !is_covered(at, at + line.size())) complain("has a row that is no stored result: " + line);
+      if (row > 2 && has_digit && !is_covered(at, at + line.size()))
+        complain("has a row that is no stored result: " + line);
       if (row > 0) continue;
       bool code = false;
       for (std::size_t i = 0; i < line.size(); ++i) {
@@ -202,7 +211,8 @@ class Page {
 
 int main(int argc, char** argv) {
   const std::string what = argc == 3 ? argv[1] : "";
-  if (what != "check" && what != "write") return std::fputs("quoted check|write ROOT (see the source)\n", stderr), 2;
+  if (what != "check" && what != "write")
+    return std::fputs("quoted check|write ROOT (see the source)\n", stderr), 2;
   const std::filesystem::path root = argv[2], directory = root / "examples/guide/results";
   const Results results(directory);
   std::istringstream list(guide::contents(directory / "quoted.txt"));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Stored results: files <name>.csv of one directory, each with rows "name,value,unit" as the demos write them; and how
-/// a page writes one of their numbers.
+/// Stored results: files <name>.csv of one directory, each with rows "name,value,unit" as the demos write
+/// them; and how a page writes one of their numbers.
 #pragma once
 
 #include <cmath>
@@ -40,7 +40,8 @@ inline Table read_table(const std::filesystem::path& file) {
   while (std::getline(in, line)) {
     const auto first = line.find(','), last = line.rfind(',');
     if (first == std::string::npos || last == first) return {};
-    out.push_back({line.substr(0, first), std::strtod(line.c_str() + first + 1, nullptr), line.substr(last + 1)});
+    out.push_back(
+        {line.substr(0, first), std::strtod(line.c_str() + first + 1, nullptr), line.substr(last + 1)});
   }
   return out;
 }
@@ -105,7 +106,8 @@ inline std::optional<std::string> written(double value, const std::string& forma
     const int digits = std::atoi(format.c_str());
     std::snprintf(buffer, sizeof buffer, "%.*e", digits - 1, value);  // rounds 9.996 to 10.0, not 10.00
     const int exponent = std::atoi(std::string(buffer).substr(std::string(buffer).find('e') + 1).c_str());
-    std::snprintf(buffer, sizeof buffer, "%.*f", std::max(0, digits - 1 - exponent), std::strtod(buffer, nullptr));
+    std::snprintf(buffer, sizeof buffer, "%.*f", std::max(0, digits - 1 - exponent),
+                  std::strtod(buffer, nullptr));
     return grouped(buffer);
   }
   return std::nullopt;
@@ -113,7 +115,8 @@ inline std::optional<std::string> written(double value, const std::string& forma
 
 /// "a / b * 100 .2": names or numbers with * / + - min max between them, from left to right, and the format.
 /// Empty, with the reason in `why`, where something is not known.
-inline std::optional<std::string> evaluated(const std::string& expression, const Results& results, std::string& why) {
+inline std::optional<std::string> evaluated(const std::string& expression, const Results& results,
+                                            std::string& why) {
   std::istringstream in(expression);
   const std::vector<std::string> words{std::istream_iterator<std::string>(in), {}};
   if (words.size() < 2 || words.size() % 2 != 0) return why = "not an expression and a format", std::nullopt;
@@ -127,13 +130,20 @@ inline std::optional<std::string> evaluated(const std::string& expression, const
       operand = *stored;
     }
     const std::string by = i == 0 ? "+" : words[i - 1];
-    if (by == "*") value *= operand;
-    else if (by == "/") value /= operand;
-    else if (by == "+") value += operand;
-    else if (by == "-") value -= operand;
-    else if (by == "min") value = std::fmin(value, operand);
-    else if (by == "max") value = std::fmax(value, operand);
-    else return why = "unknown operation " + by, std::nullopt;
+    if (by == "*")
+      value *= operand;
+    else if (by == "/")
+      value /= operand;
+    else if (by == "+")
+      value += operand;
+    else if (by == "-")
+      value -= operand;
+    else if (by == "min")
+      value = std::fmin(value, operand);
+    else if (by == "max")
+      value = std::fmax(value, operand);
+    else
+      return why = "unknown operation " + by, std::nullopt;
   }
   auto text = written(value, words.back());
   if (!text) why = "not finite, or no format " + words.back();
