@@ -9,6 +9,7 @@
 //   timing OTHER_FILE             its timing.csv
 //   figures PROGRAM ARGUMENT...   runs it, and reads its lines "figure: NAME = VALUE (UNIT)"
 //   bare_metal PROGRAM ...        runs it, and reads the lines of tests/bare_metal/target.cpp
+//   code_size PROGRAM ...         runs it, the size program of the cross compiler, and reads its first column
 //   compile_cost PROGRAM ...      runs it, and reads the ratios of bench/compile/measure.cpp
 //   bench RESULTS.json            the medians of Google Benchmark
 //
@@ -27,9 +28,10 @@ namespace {
 using guide::Table;
 
 /// What the program prints, shown as well; empty where it fails.
-std::optional<std::string> output_of(char** words, int count) {
+std::optional<std::string> output_of(char** words, int count, const char* and_errors) {
   std::string command;
   for (int i = 0; i < count; ++i) command += std::string(i > 0 ? " '" : "'") + words[i] + "'";
+  command += and_errors;
   FILE* const pipe = popen(command.c_str(), "r");
   if (pipe == nullptr) return std::nullopt;
   std::string out;
@@ -86,6 +88,15 @@ void bare_metal(const std::string& line, Table& out) {
   out.push_back({name + "_difference", difference, "-"});
 }
 
+void code_size(const std::string& line, Table& out) {
+  double text = 0, data = 0;
+  char path[400];
+  if (std::sscanf(line.c_str(), "%lg %lg %*g %*g %*s %399s", &text, &data, path) == 3 && data == 0) {
+    const std::string stem = std::filesystem::path(path).filename().string();
+    out.push_back({stem.substr(0, stem.find('.')), text, "bytes"});
+  }
+}
+
 void compile_cost(const std::string& line, Table& out) {
   double seconds = 0, megabytes = 0, ratio = 0;
   char path[400];
@@ -139,7 +150,8 @@ struct Kind {
   double relative, absolute;
 };
 constexpr Kind kinds[] = {{"summary", 1e-4, 1e-9},     {"figures", 1e-4, 1e-9}, {"bare_metal", 1e-2, 1e-9},
-                          {"compile_cost", 0.1, 0.05}, {"bench", 0.33, 0},      {"timing", 0.33, 0}};
+                          {"compile_cost", 0.1, 0.05}, {"bench", 0.33, 0},      {"code_size", 1e-2, 0},
+                          {"timing", 0.33, 0}};
 
 /// Says which rows do not agree, and counts them.
 int differences(const Table& stored, const Table& fresh, const Kind& kind) {
@@ -183,9 +195,13 @@ int main(int argc, char** argv) {
   } else if (name == "bench") {
     fresh = bench(guide::contents(argv[4]));
   } else {
-    const auto printed = output_of(argv + 4, argc - 4);
+    const auto printed =
+        output_of(argv + 4, argc - 4, name == "bare_metal" ? " 2>&1" : "");  // where QEMU prints
     if (!printed) return 1;
-    fresh = by_lines(*printed, name == "figures" ? figure : name == "bare_metal" ? bare_metal : compile_cost);
+    fresh = by_lines(*printed, name == "figures"      ? figure
+                               : name == "bare_metal" ? bare_metal
+                               : name == "code_size"  ? code_size
+                                                      : compile_cost);
   }
   if (fresh.empty()) return std::printf("no results in what %s gave\n", argv[4]), 1;
   const int count = differences(guide::read_table(argv[2]), fresh, *kind);  // of a new file: all
