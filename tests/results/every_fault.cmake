@@ -9,6 +9,7 @@ and JML by 172 m; noise of 0.05 m.
 |---|---|
 | `Factored{Ekf{}}` | 12 346 |
 | ratio | 1.50 |
+| least | 50.0 |
 ")
 set(results "name,value,unit\nekf,0.8871459,m\njml,172.12,m\nlong,12345.6,m\nhalf,8230.4,m\n")
 set(list "[page.md whole]
@@ -16,6 +17,7 @@ The EKF is off by {plaza:ekf .2} m, and JML by {plaza:jml .0} m;
 given: noise of 0.05 m
 | `Factored{Ekf{}}` | {plaza:long .0} |
 | ratio | {plaza:long / plaza:half .2} |
+| least | {100 * plaza:half / plaza:long max plaza:half * plaza:long min 0.75 .1} |
 ")
 set(wrong 0)
 
@@ -43,7 +45,7 @@ macro(expect_fault variable from to saying)
   set(${variable} "${right}")
 endmacro()
 
-expect_quoted(0 "4 pieces of 1 pages" "the page as it is right")
+expect_quoted(0 "5 pieces of 1 pages" "the page as it is right")
 expect_fault(page "0.89" "0.88" "says 0.88, the stored result is 0.89")
 expect_fault(page "0.89" "0.887" "says 0.887, the stored result is 0.89")
 expect_fault(page "172" "17" "says 17, the stored result is 172")

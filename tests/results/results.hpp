@@ -113,14 +113,15 @@ inline std::optional<std::string> written(double value, const std::string& forma
   return std::nullopt;
 }
 
-/// "a / b * 100 .2": names or numbers with * / + - min max between them, from left to right, and the format.
-/// Empty, with the reason in `why`, where something is not known.
+/// "a / b min c .2": names or numbers with * / + - min max between them, and the format; from left to right,
+/// but min and max first: a over the lesser of b and c. Empty, with the reason in `why`, where something is
+/// not known.
 inline std::optional<std::string> evaluated(const std::string& expression, const Results& results,
                                             std::string& why) {
   std::istringstream in(expression);
   const std::vector<std::string> words{std::istream_iterator<std::string>(in), {}};
   if (words.size() < 2 || words.size() % 2 != 0) return why = "not an expression and a format", std::nullopt;
-  double value = 0;
+  std::vector<std::pair<std::string, double>> terms;  // an operation and what it is done with
   for (std::size_t i = 0; i + 1 < words.size(); i += 2) {
     char* end = nullptr;
     double operand = std::strtod(words[i].c_str(), &end);
@@ -130,6 +131,15 @@ inline std::optional<std::string> evaluated(const std::string& expression, const
       operand = *stored;
     }
     const std::string by = i == 0 ? "+" : words[i - 1];
+    if (by == "min")
+      terms.back().second = std::fmin(terms.back().second, operand);
+    else if (by == "max")
+      terms.back().second = std::fmax(terms.back().second, operand);
+    else
+      terms.emplace_back(by, operand);
+  }
+  double value = 0;
+  for (const auto& [by, operand] : terms) {
     if (by == "*")
       value *= operand;
     else if (by == "/")
@@ -138,10 +148,6 @@ inline std::optional<std::string> evaluated(const std::string& expression, const
       value += operand;
     else if (by == "-")
       value -= operand;
-    else if (by == "min")
-      value = std::fmin(value, operand);
-    else if (by == "max")
-      value = std::fmax(value, operand);
     else
       return why = "unknown operation " + by, std::nullopt;
   }
