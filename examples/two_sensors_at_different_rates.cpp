@@ -35,8 +35,10 @@ int main() {
   const Reading<0> position{4.0};
   const Reading<1> speed{0.01};
   const jml::Matrix<double, 2, 2> P0 = 100 * jml::Matrix<double, 2, 2>::Identity();
+  // [filter]
   jml::Filter filter{jml::Kalman{}, Car{}, jml::Estimate{jml::Vector<double, 2>(0, 0), P0}};
   filter.gate = {0.999};
+  // [/filter]
 
   const jml::Vector<double, 1> throttle(0.5);
   bool sound = true;
