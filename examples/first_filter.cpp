@@ -41,8 +41,8 @@ int main() {
       std::printf("step %d: %s\n", i, jml::describe(next.status));
       return 1;
     }
-    std::printf("step %d: x = (%.4f, %.4f), NIS %.3f, %s, %d iterations\n", i, filter.x()(0), filter.x()(1), next.nis(),
-                jml::describe(next.solver), next.iterations);
+    std::printf("step %d: x = (%.4f, %.4f), NIS %.3f, %s, %d iterations\n", i, filter.x()(0), filter.x()(1),
+                next.nis(), jml::describe(next.solver), next.iterations);
   }
   return jml::usable(report.status) ? 0 : 1;
 }

@@ -49,8 +49,9 @@ int main() {
     const double lie = i == 15 ? 300 : 0;  // a position fix now and then, and once a wrong one
     const auto report = filter.update(position, 0.25 * filter.time() * filter.time() + lie);
     sound &= jml::usable(report.status);
-    std::printf("t = %.2f s: position %.2f m, speed %.2f m/s, innovation %.1f m %s\n", filter.time(), filter.x()(0), filter.x()(1),
-                report.innovation(0), report.gate == jml::Verdict::rejected ? "rejected" : "used");
+    std::printf("t = %.2f s: position %.2f m, speed %.2f m/s, innovation %.1f m %s\n", filter.time(),
+                filter.x()(0), filter.x()(1), report.innovation(0),
+                report.gate == jml::Verdict::rejected ? "rejected" : "used");
   }
   return sound ? 0 : 1;
 }

@@ -3,10 +3,10 @@
 // and from the whole flight.
 #include <cmath>
 #include <cstdio>
+#include <jml/campaign/noise.hpp>
 #include <jml/interval/batch.hpp>
 #include <jml/interval/fixed_lag.hpp>
 #include <jml/jml.hpp>
-#include <jml/campaign/noise.hpp>
 
 // [model]
 struct Pendulum {  // x: angle rad, rate rad/s, and g/l in 1/s², which stays what it is

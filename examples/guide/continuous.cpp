@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Continuous time: a pendulum with control under a sampled sensor, the algebraic filter, and questions to a SDC choice.
+// Continuous time: a pendulum with control under a sampled sensor, the algebraic filter, and questions to a
+// SDC choice.
 #include <cmath>
 #include <cstdio>
 #include <jml/continuous/algebraic.hpp>
@@ -38,8 +39,10 @@ struct Oscillator {  // ẋ = f(x) + G w
   jml::Vector<T, 2> dynamics(const jml::Vector<T, 2>& x) const {
     return {x(1), -0.1 * x(0) - 0.02 * (x(0) * x(0) - 1.0) * x(1)};
   }
-  jml::Matrix<double, 2, 1> disturbance_input() const { return {0, 1}; }                                     // G
-  jml::Matrix<double, 1, 1> disturbance_spectral_density() const { return jml::Matrix<double, 1, 1>(1.0); }  // Q
+  jml::Matrix<double, 2, 1> disturbance_input() const { return {0, 1}; }  // G
+  jml::Matrix<double, 1, 1> disturbance_spectral_density() const {
+    return jml::Matrix<double, 1, 1>(1.0);
+  }  // Q
 };
 
 struct Position {  // measured all the time: noise_spectral_density()
@@ -59,8 +62,9 @@ int main() {
     const jml::Matrix<double, 2, 2> P0 = 0.1 * jml::Matrix<double, 2, 2>::Identity();
     // [sampled]
     jml::Filter filter{jml::Continuous{jml::Ekf{}}, Pendulum{}, jml::Estimate{x0, P0}};
-    const auto report = filter.step(Encoder{}, 0.52, 0.02, 1.5);  // f over 0.02 s under u = 1.5, then the sample
-    const jml::Status status = filter.predict(0.02, 1.5);         // no sample
+    const auto report =
+        filter.step(Encoder{}, 0.52, 0.02, 1.5);           // f over 0.02 s under u = 1.5, then the sample
+    const jml::Status status = filter.predict(0.02, 1.5);  // no sample
     // [/sampled]
     sound &= jml::usable(report.status) && jml::usable(status);
     std::printf("pendulum: angle %.4f, rate %.4f at %.2f s\n", filter.x()(0), filter.x()(1), filter.time());
@@ -70,10 +74,11 @@ int main() {
   const double dt = 0.05, y = 1.1, y_next = 1.12;
   // [signals]
   jml::Filter filter{jml::Continuous{jml::Rnls{}, jml::DavisonMaki{}}, Oscillator{}, jml::Estimate{x0, P0}};
-  const auto held = filter.step(Position{}, y, dt);                      // y held over dt
-  const auto line = filter.step(Position{}, jml::Line{y, y_next}, dt);   // or interpolated
-  const auto any = filter.step(Position{}, [](double t) { return 1.1 * std::cos(t); }, dt);  // or any function of time
-  const jml::Status on = filter.predict(dt);                             // no measurement
+  const auto held = filter.step(Position{}, y, dt);                     // y held over dt
+  const auto line = filter.step(Position{}, jml::Line{y, y_next}, dt);  // or interpolated
+  const auto any =
+      filter.step(Position{}, [](double t) { return 1.1 * std::cos(t); }, dt);  // or any function of time
+  const jml::Status on = filter.predict(dt);                                    // no measurement
   // [/signals]
   sound &= jml::usable(held.status) && jml::usable(line.status) && jml::usable(any.status) && jml::usable(on);
 
@@ -88,7 +93,8 @@ int main() {
   if (sdc.observable_sdc.rank < 2) std::puts("(F, M) is not observable here");
   std::printf("F is off f_x by %.3f\n", sdc.dynamics_gap);
   // [/sdc]
-  std::printf("RNLS (%.4f, %.4f), algebraic (%.4f, %.4f)\n", filter.x()(0), filter.x()(1), steady.x()(0), steady.x()(1));
+  std::printf("RNLS (%.4f, %.4f), algebraic (%.4f, %.4f)\n", filter.x()(0), filter.x()(1), steady.x()(0),
+              steady.x()(1));
   // F is f_x averaged from 0 to x: -0.02 (s² - 1) over 0 ≤ s ≤ 1 makes 0.04/3, where f_x has 0.
   const bool gap = std::abs(sdc.dynamics_gap - 0.04 / 3) < 1e-12;
   return sound && sdc.observable_sdc.rank == 2 && gap && steady.P()(0, 0) > 0 ? 0 : 1;

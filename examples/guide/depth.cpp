@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One criterion J at several depths: a fixed lag, the whole flight, a smoother; and how far a filter is above the least J.
+// One criterion J at several depths: a fixed lag, the whole flight, a smoother; and how far a filter is above
+// the least J.
 #include <cmath>
 #include <cstdio>
 #include <jml/campaign/noise.hpp>
@@ -32,10 +33,12 @@ int main() {
   // [/lag]
 
   // [batch]
-  jml::Batch batch{VanDerPol{}, jml::sensors<SaturatingPosition>, jml::Estimate{x0, P0}, {.steps = 100}};  // memory: here
-  for (const double y : flight) sound &= jml::usable(batch.step(SaturatingPosition{}, y));  // predict(), update() too
-  const auto answer = batch.solve();                         // batch.x(k), batch.w(k), batch.P(k), answer.cost
-  const auto excess = jml::excess_cost(batch, lag.x());      // min{J : x_N = x̂} - min J
+  jml::Batch batch{
+      VanDerPol{}, jml::sensors<SaturatingPosition>, jml::Estimate{x0, P0}, {.steps = 100}};  // memory: here
+  for (const double y : flight)
+    sound &= jml::usable(batch.step(SaturatingPosition{}, y));  // predict(), update() too
+  const auto answer = batch.solve();                     // batch.x(k), batch.w(k), batch.P(k), answer.cost
+  const auto excess = jml::excess_cost(batch, lag.x());  // min{J : x_N = x̂} - min J
   // [/batch]
 
   // [smoother]
@@ -45,14 +48,15 @@ int main() {
   // [/smoother]
 
   // [robust]
-  batch.options.loss = jml::Loss::huber(2);   // from two deviations on, residuals count linearly
-  batch.start = jml::Start::several;          // several starts: the least J of all of them
+  batch.options.loss = jml::Loss::huber(2);  // from two deviations on, residuals count linearly
+  batch.start = jml::Start::several;         // several starts: the least J of all of them
   const auto robust = batch.solve();
   // [/robust]
 
-  std::printf("least J %.6f in %d passes; the fixed lag ends %.1e above it, the EKF %.1e\n", answer.cost, answer.iterations,
-              excess.value, jml::excess_cost(batch, smoother.filter().x()).value);
-  std::printf("ten steps ago: fixed lag %.3f, batch %.3f, smoother %.3f\n", ten_steps_ago(0), batch.x(90)(0), smoother.x(90)(0));
+  std::printf("least J %.6f in %d passes; the fixed lag ends %.1e above it, the EKF %.1e\n", answer.cost,
+              answer.iterations, excess.value, jml::excess_cost(batch, smoother.filter().x()).value);
+  std::printf("ten steps ago: fixed lag %.3f, batch %.3f, smoother %.3f\n", ten_steps_ago(0), batch.x(90)(0),
+              smoother.x(90)(0));
   std::printf("with Huber's loss J %.6f, found from %d starts\n", robust.cost, robust.agreed);
   return sound && jml::usable(answer.status) && jml::usable(robust.status) && excess.value < 1e-3 ? 0 : 1;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A Monte Carlo campaign: what a scenario is, two estimators on the same flights, and what is asked of the result.
+// A Monte Carlo campaign: what a scenario is, two estimators on the same flights, and what is asked of the
+// result.
 #include <cmath>
 #include <cstdio>
 #include <jml/analysis/consistency.hpp>
@@ -32,7 +33,8 @@ struct Walks {
   int steps = 50;
   double dt = 1;      // s
   Position sensor{};  // what the estimators are given
-  double lost = 100;  // a run whose error is above it counts as lost; leave it out where there is no such thing
+  double lost =
+      100;  // a run whose error is above it counts as lost; leave it out where there is no such thing
 
   /// Draws one run: the true states and what was measured. Called from several threads at once.
   void fly(jml::CounterNoise& noise, jml::Flight<1, 1>& flight) const {
@@ -56,7 +58,10 @@ int main() {
                        filter.gate = {1e-9};  // rejects all that comes
                        return filter;
                      }}};
-  campaign.options = {.runs = 1000, .seed = 1, .threads = 2, .progress = false};  // .journal = "walks.journal" to go on after a stop
+  campaign.options = {.runs = 1000,
+                      .seed = 1,
+                      .threads = 2,
+                      .progress = false};  // .journal = "walks.journal" to go on after a stop
   const jml::CampaignResult result = campaign.run();
   if (!result.ok()) return std::puts(result.message()), 1;
   // [/campaign]
@@ -64,10 +69,11 @@ int main() {
   // [result]
   const auto ekf = result.estimator("EKF");
   const jml::Figure rmse = ekf.at(50).rmse(0), nees = ekf.at(50).nees();
-  std::printf("EKF: RMSE %.3f ± %.3f, 95 %% within [%.3f, %.3f]; NEES %.3f\n", rmse.value, rmse.standard_error, rmse.low,
-              rmse.high, nees.value);
+  std::printf("EKF: RMSE %.3f ± %.3f, 95 %% within [%.3f, %.3f]; NEES %.3f\n", rmse.value,
+              rmse.standard_error, rmse.low, rmse.high, nees.value);
   const bool consistent = jml::chi_square_average_interval(1, 1000).contains(nees.value);
-  std::printf("consistent: %s; %zu runs failed, %zu lost\n", consistent ? "yes" : "no", ekf.failed().size(), ekf.lost().size());
+  std::printf("consistent: %s; %zu runs failed, %zu lost\n", consistent ? "yes" : "no", ekf.failed().size(),
+              ekf.lost().size());
   // [/result]
 
   // [replay]
@@ -78,6 +84,7 @@ int main() {
 
   // The prediction's variance is ½ more than the steady P = ½ of the filter, and R = 1.
   const double alone = result.estimator("prediction alone").at(50).rmse(0).value;
-  const bool right = rmse.low < std::sqrt(0.5) && std::sqrt(0.5) < rmse.high && std::abs(alone - std::sqrt(26)) < 0.5;
+  const bool right =
+      rmse.low < std::sqrt(0.5) && std::sqrt(0.5) < rmse.high && std::abs(alone - std::sqrt(26)) < 0.5;
   return right && consistent && replay.ok() ? 0 : 1;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Measurements that arrive late, or out of order: a filter that remembers its last steps takes each at the time at
-// which it was taken. Against a Kalman filter that was given everything in time.
+// Measurements that arrive late, or out of order: a filter that remembers its last steps takes each at the
+// time at which it was taken. Against a Kalman filter that was given everything in time.
 #include <cmath>
 #include <cstdio>
 #include <jml/jml.hpp>
@@ -13,7 +13,8 @@ struct Car {  // x: position m, speed m/s; its functions read dt, so that a step
   jml::Vector<T, 2> dynamics(const jml::Vector<T, 2>& x, const auto& at) const {
     return {x(0) + at.dt * x(1), x(1)};
   }
-  jml::Matrix<double, 2, 2> disturbance_covariance(const auto&, const auto& at) const {  // of a white acceleration
+  jml::Matrix<double, 2, 2> disturbance_covariance(const auto&,
+                                                   const auto& at) const {  // of a white acceleration
     const double t = at.dt;
     jml::Matrix<double, 2, 2> Q;
     Q << t * t * t / 3, t * t / 2, t * t / 2, t;
@@ -54,13 +55,13 @@ int main() {
     if (k == 7) sound &= jml::usable(in_time.update(camera, 0.9).status);
   }
   // [late]
-  const auto late = filter.update(camera, 0.9, jml::age(3));              // taken three steps ago
-  const auto later = filter.update(camera, 0.7, jml::at_time(0.53));      // taken at 0.53 s, between two steps
-  const auto too_late = filter.update(camera, 0.1, jml::at_time(-0.4));   // Status::older_than_window
+  const auto late = filter.update(camera, 0.9, jml::age(3));             // taken three steps ago
+  const auto later = filter.update(camera, 0.7, jml::at_time(0.53));     // taken at 0.53 s, between two steps
+  const auto too_late = filter.update(camera, 0.1, jml::at_time(-0.4));  // Status::older_than_window
   // [/late]
   const jml::Vector<double, 2> difference = filter.x() - in_time.x();
-  std::printf("position %.4f m, ± %.4f; given in time it is %.4f\n", filter.x()(0), std::sqrt(filter.P()(0, 0)),
-              in_time.x()(0));
+  std::printf("position %.4f m, ± %.4f; given in time it is %.4f\n", filter.x()(0),
+              std::sqrt(filter.P()(0, 0)), in_time.x()(0));
   std::printf("too late: %s\n", jml::describe(too_late.status));
   sound &= jml::usable(late.status) && jml::usable(later.status) && difference.norm() < 1e-9;
   return sound && too_late.status == jml::Status::older_than_window ? 0 : 1;

@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <jml/jml.hpp>
 #include <jml/model/discretize.hpp>
+#include <numbers>
 
 // [pendulum]
 struct Pendulum {  // x: angle rad, rate rad/s; control: torque over inertia, rad/s²
@@ -121,19 +121,22 @@ int main() {
   // [/step]
 
   // [discretize]
-  jml::Filter second{jml::Ekf{}, jml::discretize<jml::RungeKutta4>(ContinuousPendulum{}), jml::Estimate{x0, P0}};
+  jml::Filter second{jml::Ekf{}, jml::discretize<jml::RungeKutta4>(ContinuousPendulum{}),
+                     jml::Estimate{x0, P0}};
   // [/discretize]
   bool sound = jml::usable(report.status) && jml::usable(status);
-  for (const double y : {0.31, 0.31 + 2 * std::numbers::pi}) sound &= jml::usable(second.step(Encoder{}, y, dt, 1.5).status);
-  std::printf("discrete    (%.5f, %.5f)\ncontinuous  (%.5f, %.5f)\n", filter.x()(0), filter.x()(1), second.x()(0),
-              second.x()(1));
+  for (const double y : {0.31, 0.31 + 2 * std::numbers::pi})
+    sound &= jml::usable(second.step(Encoder{}, y, dt, 1.5).status);
+  std::printf("discrete    (%.5f, %.5f)\ncontinuous  (%.5f, %.5f)\n", filter.x()(0), filter.x()(1),
+              second.x()(0), second.x()(1));
 
   // [foreign_filter]
   jml::Filter of_theirs{jml::Ekf{}, theirs::Spring{.stiffness = 4}, jml::Estimate{x0, P0}};
   const auto answer = of_theirs.step(theirs::Gauge{}, 0.25, dt);
   // [/foreign_filter]
   std::printf("theirs      (%.5f, %.5f)\n", of_theirs.x()(0), of_theirs.x()(1));
-  const auto check = jml::check_model(theirs::Spring{}, x0, jml::ContextOf<theirs::Spring>{.time = 0, .dt = dt});
+  const auto check =
+      jml::check_model(theirs::Spring{}, x0, jml::ContextOf<theirs::Spring>{.time = 0, .dt = dt});
   check.print([](const char* line) { std::puts(line); });
   return sound && jml::usable(answer.status) && check.ok() && std::abs(second.x()(0)) < 1 ? 0 : 1;
 }

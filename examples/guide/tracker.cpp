@@ -2,9 +2,9 @@
 // A tracker of six states and two sensors at different rates: time, parts of a measurement, a gate.
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <jml/campaign/noise.hpp>
 #include <jml/jml.hpp>
+#include <numbers>
 
 // [model]
 struct Target {  // x: position m and velocity m/s, each east, north, up
@@ -24,7 +24,9 @@ struct Target {  // x: position m and velocity m/s, each east, north, up
     }
     return G;
   }
-  jml::Matrix<double, 3, 3> disturbance_covariance() const { return 4 * jml::Matrix<double, 3, 3>::Identity(); }
+  jml::Matrix<double, 3, 3> disturbance_covariance() const {
+    return 4 * jml::Matrix<double, 3, 3>::Identity();
+  }
 };
 // [/model]
 
@@ -71,7 +73,8 @@ int main() {
   jml::Vector<double, 6> x0, variances;
   x0 << 20000, 5000, 3000, -200, 0, 0;
   variances << 1e6, 1e6, 1e6, 1e4, 1e4, 1e4;
-  jml::Filter filter{jml::Ekf{}, Target{}, jml::Estimate{x0, jml::Matrix<double, 6, 6>(variances.asDiagonal())}};
+  jml::Filter filter{jml::Ekf{}, Target{},
+                     jml::Estimate{x0, jml::Matrix<double, 6, 6>(variances.asDiagonal())}};
   filter.gate = {0.9999};
   const Radar radar;
   const Transponder transponder{.sigma = 50};
@@ -101,8 +104,10 @@ int main() {
     const double t = filter.time() + 0.4;
     const jml::Vector<double, 3> fix = transponder.measurement(truth) + 50 * noise.normal_vector<3>();
     // [fixes]
-    const auto second = filter.step(transponder, fix, jml::at_time(t));  // predict to t, s on the filter's clock
-    const auto third = filter.update(radar, y = radar.measurement(truth), jml::only(0, 2));  // no azimuth, and no time passes
+    const auto second =
+        filter.step(transponder, fix, jml::at_time(t));  // predict to t, s on the filter's clock
+    const auto third = filter.update(radar, y = radar.measurement(truth),
+                                     jml::only(0, 2));  // no azimuth, and no time passes
     // [/fixes]
     sound &= jml::usable(second.status) && jml::usable(third.status);
   }
@@ -115,9 +120,9 @@ int main() {
   std::printf("a NaN of which nobody speaks: %s\n", jml::describe(none.status));
 
   // [channel]
-  jml::Channel channel{Radar{},
-                       jml::Lockout<6>{.after = 20, .recovery = jml::Recovery::inflate, .variances = variances},
-                       jml::blocks(jml::only(0), jml::only(1, 2))};  // the range is judged alone, the angles together
+  jml::Channel channel{
+      Radar{}, jml::Lockout<6>{.after = 20, .recovery = jml::Recovery::inflate, .variances = variances},
+      jml::blocks(jml::only(0), jml::only(1, 2))};  // the range is judged alone, the angles together
   channel.gate = {0.999};
   y = radar.measurement(truth);
   y(0) += 5000;
@@ -128,8 +133,11 @@ int main() {
   sound &= jml::usable(judged.status) && jml::usable(other) && channel.tally().partial == 1;
 
   const jml::Vector<double, 6> error = filter.x() - truth;
-  std::printf("%.1f s: position off by %.0f m, speed by %.1f m/s; rejected %d\n", filter.time(), error.head<3>().norm(),
-              error.tail<3>().norm(), rejected);
+  std::printf("%.1f s: position off by %.0f m, speed by %.1f m/s; rejected %d\n", filter.time(),
+              error.head<3>().norm(), error.tail<3>().norm(), rejected);
   for (int i = 0; i < 6; ++i) sound &= std::abs(error(i)) < 5 * std::sqrt(filter.P()(i, i));
-  return sound && jml::usable(finite.status) && none.status == jml::Status::invalid_measurement && rejected == 1 ? 0 : 1;
+  return sound && jml::usable(finite.status) && none.status == jml::Status::invalid_measurement &&
+                 rejected == 1
+             ? 0
+             : 1;
 }

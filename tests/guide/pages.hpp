@@ -127,6 +127,9 @@ inline bool is_run(const Tree& tree, const std::string& path, int depth = 3) {
     if (folder.empty()) return false;
   }
   if (depth == 0) return false;
+  for (const auto& [from, text] : tree) {
+    if (from.ends_with("CMakeLists.txt") && text.find("/" + path + ")") != text.npos) return true;
+  }
   return std::any_of(tree.begin(), tree.end(), [&](const auto& file) {
     const auto& [from, text] = file;
     return from != path && (from.starts_with("examples/") || from.starts_with("tests/")) &&
