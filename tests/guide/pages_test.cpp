@@ -10,7 +10,9 @@ namespace {
 TEST(Pages, AreAsTheProgramsAre) {
   const pages::Tree tree = pages::read_tree(JML_SOURCE_DIR);
   ASSERT_GT(tree.size(), 500U);
-  const pages::Rules rules{.generated = {"examples/guide/claims.md"}};
+  const pages::Rules rules{.generated = {"examples/guide/claims.md"},
+                           .awaited = {"examples/guide/measured.md", "examples/guide/peers.md",
+                                       "examples/guide/coming_from.md", "examples/guide/packaging.md"}};
   for (const std::string& complaint : pages::Checker(tree, rules).check()) ADD_FAILURE() << complaint;
   for (const auto& [path, text] : tree) {
     if (!pages::Checker::is_page(path)) continue;
@@ -61,7 +63,7 @@ pages::Tree small_tree() {
 std::string complaints_about(const pages::Tree& tree) {
   std::string out;
   for (const std::string& line :
-       pages::Checker(tree, {.generated = {}, .readme_lines = 32, .cell = 20}).check())
+       pages::Checker(tree, {.generated = {}, .awaited = {}, .readme_lines = 32, .cell = 20}).check())
     out += line + "\n";
   return out;
 }
