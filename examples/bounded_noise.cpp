@@ -8,6 +8,7 @@
 #include <jml/bounded/bounded_noise.hpp>
 #include <jml/campaign/noise.hpp>
 
+// [model]
 struct Pendulum {
   static constexpr int states = 2, disturbances = 1;
   static constexpr double dt = 0.05;
@@ -21,7 +22,9 @@ struct Pendulum {
   jml::Matrix<double, 2, 1> disturbance_input() const { return {dt * dt, dt}; }
   jml::Vector<double, 1> disturbance_bound() const { return jml::Vector<double, 1>(0.4); }  // rad/s²
 };
+// [/model]
 
+// [sensor]
 struct AngleSensor {
   static constexpr int measurements = 1;
   template <typename T>
@@ -30,12 +33,15 @@ struct AngleSensor {
   }
   jml::Vector<double, 1> noise_bound() const { return jml::Vector<double, 1>(0.05); }  // rad
 };
+// [/sensor]
 
 int main() {
+  // [filter]
   using State = jml::Vector<double, 2>;
   const jml::Box box{State(0.7, -0.3), State(1.3, 0.3)};
   jml::Filter linearised{jml::Linearised{}, Pendulum{}, box};
   jml::Filter guaranteed{jml::Guaranteed{}, Pendulum{}, box};
+  // [/filter]
 
   jml::Noise noise(1);
   State truth(1, 0);
@@ -55,7 +61,9 @@ int main() {
   std::printf("truth outside the guaranteed box: %d times\n", outside);
 
   // The day the sensor lies: the measurement is named and left out, the box stays where it can be.
+  // [lie]
   const auto lie = guaranteed.step(AngleSensor{}, truth(0) + 1);
   std::printf("a wrong angle: %s; by %.2f rad\n", jml::describe(lie.status), lie.violation.excess);
+  // [/lie]
   return outside;
 }

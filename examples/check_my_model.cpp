@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <jml/model/check.hpp>
 
+// [model]
 struct Pendulum {
   static constexpr int states = 2, disturbances = 1;
 
@@ -20,9 +21,12 @@ struct Pendulum {
   jml::Matrix<double, 2, 1> disturbance_input() const { return {0, 0.01}; }
   jml::Matrix<double, 1, 1> disturbance_covariance() const { return jml::Matrix<double, 1, 1>(0.1); }
 };
+// [/model]
 
 int main() {
+  // [check]
   const auto report = jml::check_model(Pendulum{}, jml::Vector<double, 2>(0.4, -1.2));
   report.print([](const char* line) { std::puts(line); });
+  // [/check]
   return report.ok() ? 1 : 0;  // this model is meant to be found wrong
 }

@@ -32,11 +32,15 @@ struct Gauge {  // y: total pressure, atm
 int main() {
   const jml::Estimate start{jml::Vector<double, 2>(0.1, 4.5),
                             jml::Matrix<double, 2, 2>(36 * jml::Matrix<double, 2, 2>::Identity())};
+  // [bounds]
   jml::Bounds<2> positive;
   positive.lower << 0, 0;
+  // [/bounds]
   jml::Filter ekf{jml::Ekf{}, Reactor{}, start};
   jml::Filter free{jml::FixedLag<10>{}, Reactor{}, jml::sensors<Gauge>, start};
+  // [lag]
   jml::Filter lag{jml::Bounded{jml::FixedLag<10>{}, positive}, Reactor{}, jml::sensors<Gauge>, start};
+  // [/lag]
 
   jml::Noise noise(1);
   jml::Vector<double, 2> x(3, 1);

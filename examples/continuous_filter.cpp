@@ -31,7 +31,8 @@ int main() {
   const jml::Matrix<double, 2, 2> P0 = 1e-3 * jml::Matrix<double, 2, 2>::Identity();
   jml::Filter held{jml::Continuous{jml::Rnls{}}, VanDerPol{}, jml::Estimate{x0, P0}};
   jml::Filter line{jml::Continuous{jml::Rnls{}}, VanDerPol{}, jml::Estimate{x0, P0}};
-  jml::Filter plant{jml::Continuous{jml::Ekf{}}, VanDerPol{}, jml::Estimate{truth, P0}};  // only ever predicts
+  jml::Filter plant{jml::Continuous{jml::Ekf{}}, VanDerPol{},
+                    jml::Estimate{truth, P0}};  // only ever predicts
   const SaturatingPosition sensor;
 
   const double dt = 0.01;

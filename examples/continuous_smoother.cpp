@@ -31,16 +31,20 @@ int main() {
   const jml::Estimate prior{jml::Vector<double, 2>(1, 1),
                             jml::Matrix<double, 2, 2>(0.5 * jml::Matrix<double, 2, 2>::Identity())};
   jml::Filter filter{jml::Continuous{jml::Rnls{}}, VanDerPol{}, prior};
+  // [smoother]
   jml::TwoPoint smoother{VanDerPol{}, SaturatingPosition{}, prior, {.steps = 300}};
+  // [/smoother]
   const auto y = [](double t) { return 0.8 * std::cos(t) + 0.02 * std::sin(17 * t); };
   for (int i = 0; i < 300; ++i) {
     (void)filter.step(SaturatingPosition{}, y, 0.01);
     (void)smoother.step(y, 0.01);
   }
+  // [solve]
   const auto least = smoother.solve();
   const jml::Vector<double, 2> end = smoother.x();
   const auto excess = jml::excess_cost(smoother, filter.x());
   const auto swept = jml::sweep(smoother, jml::Rnls{});
+  // [/solve]
   std::printf("least J %.9f after %d passes; the RNLS filter ends %.1e above it\n", least.cost,
               least.iterations, excess.value);
   std::printf("swept %d times it ends at (%.9f, %.9f), the optimum is (%.9f, %.9f)\n", swept.sweeps,

@@ -34,7 +34,8 @@ int main() {
   const Sample<1> doppler{0.25};    // once a second, (m/s)²
   const jml::Vector<double, 2> x0(1000, 0);
   const jml::Matrix<double, 2, 2> P0 = 400 * jml::Matrix<double, 2, 2>::Identity();
-  jml::Filter filter{jml::Continuous{jml::Ekf{}, jml::DavisonMaki{.substeps = 2}}, Fall{}, jml::Estimate{x0, P0}};
+  jml::Filter filter{jml::Continuous{jml::Ekf{}, jml::DavisonMaki{.substeps = 2}}, Fall{},
+                     jml::Estimate{x0, P0}};
 
   // From 1010 m at rest: v = -V tanh(g t / V), h = 1010 - V²/g ln cosh(g t / V), V² = g / drag.
   const double terminal = std::sqrt(9.81 / 0.002);

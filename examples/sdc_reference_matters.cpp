@@ -19,11 +19,13 @@ int main() {
     const auto b = jml::step(exact, dynamics, sensor, prior, y).estimate;
     static const jml::Vector<double, 2> root = b.x;
     spread = std::max(spread, (b.x - root).norm());
-    std::printf("%-16s one pass x = (%.4f, %.4f)   exact x = (%.10f, %.10f), P12 - P21 = %+.5f\n", reference, a.x(0), a.x(1), b.x(0),
-                b.x(1), b.P(0, 1) - b.P(1, 0));
+    std::printf("%-16s one pass x = (%.4f, %.4f)   exact x = (%.10f, %.10f), P12 - P21 = %+.5f\n", reference,
+                a.x(0), a.x(1), b.x(0), b.x(1), b.P(0, 1) - b.P(1, 0));
   };
+  // [references]
   show("origin", jml::Jml{}, jml::IteratedJml{});
   show("a fixed point", jml::Jml{jml::AboutPoint{elsewhere}}, jml::IteratedJml{jml::AboutPoint{elsewhere}});
   show("the estimate", jml::Jml{jml::AboutEstimate{}}, jml::IteratedJml{jml::AboutEstimate{}});
+  // [/references]
   return spread < 1e-10 ? 0 : 1;
 }

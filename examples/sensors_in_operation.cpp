@@ -29,6 +29,7 @@ int main() {
   const jml::Estimate<double, 2> start{jml::Vector<double, 2>(0, 10), jml::Matrix<double, 2, 2>::Identity()};
   jml::Filter filter{jml::Ekf{}, Target{}, start};
 
+  // [channel]
   jml::Lockout<2> way_out{.after = 5, .recovery = jml::Recovery::inflate};
   way_out.variances << 1e6, 100;  // what a jump may be, m², (m/s)²
   jml::Channel radar{Radar{}, way_out};
@@ -38,6 +39,7 @@ int main() {
   limits.lower << -1e4, -300;
   limits.upper << 1e4, 300;
   limits.least_variance << 0.1, 0.01;
+  // [/channel]
 
   jml::Health before;
   jml::Noise noise(1);
@@ -46,9 +48,11 @@ int main() {
     truth = Target{}.dynamics(truth);
     if (k == 30) truth(0) += 500;  // say, another target is tracked from here on
     const double y = truth(0) + 2 * noise.normal();
+    // [step]
     const auto report = radar.step(filter, y, 1.0);  // in place of filter.step(Radar{}, y, 1.0)
     const auto kept = jml::keep_within(filter, limits);
     const jml::Health health = jml::check_health(filter, kept, 10.0, radar);
+    // [/step]
     const bool news = health.concerns != before.concerns;
     if (k % 10 == 0 || news)
       std::printf("%2d s: %s, error %6.1f m, %d rejected in a row%s\n", k, jml::describe(report.status),

@@ -8,10 +8,12 @@
 
 namespace {
 
+// [counters]
 /// What stands beside the filter and has to come back too: a plain struct needs no word about images.
 struct Counters {
   int used = 0, refused = 0;
 };
+// [/counters]
 
 }  // namespace
 
@@ -28,9 +30,11 @@ int main() {
   for (int k = 0; k < 20; ++k)
     ++(jml::usable(filter.step(SaturatingPosition{}, y(k)).status) ? counters.used : counters.refused);
 
+  // [save]
   jml::ImageOf<decltype(filter), Counters>
       image;  // a std::array: for a file, a flash page, another processor
   if (jml::save(image, filter, counters) != jml::Status::ok) return 1;
+  // [/save]
 
   auto restored = make();
   Counters again;
@@ -38,7 +42,9 @@ int main() {
   std::printf("one bit of %zu bytes is wrong: %s\n", image.size(),
               describe(jml::restore(image, restored, again)));
   image[100] ^= std::byte{1};
+  // [restore]
   std::printf("and right again: %s\n", describe(jml::restore(image, restored, again)));
+  // [/restore]
 
   for (int k = 20; k < 40; ++k) {
     if (!jml::usable(filter.step(SaturatingPosition{}, y(k)).status)) return 1;

@@ -44,9 +44,11 @@ int main() {
   const State<double> x0 = Space::plus(flight.truth.front(), jml::Vector<double, degrees>(-off));
   const jml::Matrix<double, degrees, degrees> P0 = sigma.cwiseAbs2().asDiagonal();
 
+  // [filters]
   jml::Filter ekf{jml::Ekf{}, unit, jml::Estimate{x0, P0}};
   jml::Filter lag{jml::FixedLag<20>{}, unit, jml::sensors<GnssFix>, jml::Estimate{x0, P0}};
   const GnssFix gnss{{0.5, 0, -1}};
+  // [/filters]
   bool sound = true;
   for (int k = 1; k <= flight.steps(); ++k) {
     const auto now = static_cast<std::size_t>(k);

@@ -35,8 +35,10 @@ int main() {
   const Reading<0> position{4.0};
   const Reading<1> speed{0.01};
   const jml::Matrix<double, 2, 2> P0 = 100 * jml::Matrix<double, 2, 2>::Identity();
+  // [filter]
   jml::Filter filter{jml::Kalman{}, Car{}, jml::Estimate{jml::Vector<double, 2>(0, 0), P0}};
   filter.gate = {0.999};
+  // [/filter]
 
   const jml::Vector<double, 1> throttle(0.5);
   bool sound = true;
@@ -47,8 +49,9 @@ int main() {
     const double lie = i == 15 ? 300 : 0;  // a position fix now and then, and once a wrong one
     const auto report = filter.update(position, 0.25 * filter.time() * filter.time() + lie);
     sound &= jml::usable(report.status);
-    std::printf("t = %.2f s: position %.2f m, speed %.2f m/s, innovation %.1f m %s\n", filter.time(), filter.x()(0), filter.x()(1),
-                report.innovation(0), report.gate == jml::Verdict::rejected ? "rejected" : "used");
+    std::printf("t = %.2f s: position %.2f m, speed %.2f m/s, innovation %.1f m %s\n", filter.time(),
+                filter.x()(0), filter.x()(1), report.innovation(0),
+                report.gate == jml::Verdict::rejected ? "rejected" : "used");
   }
   return sound ? 0 : 1;
 }

@@ -3,11 +3,12 @@
 // and from the whole flight.
 #include <cmath>
 #include <cstdio>
+#include <jml/campaign/noise.hpp>
 #include <jml/interval/batch.hpp>
 #include <jml/interval/fixed_lag.hpp>
 #include <jml/jml.hpp>
-#include <jml/campaign/noise.hpp>
 
+// [model]
 struct Pendulum {  // x: angle rad, rate rad/s, and g/l in 1/s², which stays what it is
   static constexpr int states = 3, disturbances = 1;
   template <typename T>
@@ -19,6 +20,7 @@ struct Pendulum {  // x: angle rad, rate rad/s, and g/l in 1/s², which stays wh
   jml::Matrix<double, 3, 1> disturbance_input() const { return {0, 0.05, 0}; }
   jml::Matrix<double, 1, 1> disturbance_covariance() const { return jml::Matrix<double, 1, 1>(0.25); }
 };
+// [/model]
 
 struct Sideways {  // y: horizontal place of the bob in rod lengths
   static constexpr int measurements = 1;

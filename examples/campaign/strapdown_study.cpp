@@ -4,6 +4,7 @@
 // converges.
 //
 //   strapdown_study [flights 1000] [seconds 60] [of a fixed lag 100] [coarse flights 200] [seed 1]
+#include <figure.hpp>
 #include <models/strapdown_by_hand.hpp>
 
 #include "strapdown_flights.hpp"
@@ -83,8 +84,16 @@ std::vector<double> consistency(const Journey& journey, std::uint64_t flights, s
       journey.seconds, journey.tilt / degree, journey.heading / degree, journey.scale);
   std::printf("%-18s %6s  %16s  %20s  %10s  %s\n", "", "flights", "second half", "at the end", "outside 95%",
               " parts (3): att, pos, vel, gyro, acc; refused");
-  for (const Consistency* e : {&ekf, &factored, &bare, &lag, &same}) {
-    if (!e->total.empty()) print(*e);
+  const std::string key = std::string(journey.heading > 10 * degree ? "off_by_30/" : "off_by_5/") +
+                          (journey.scale < 1 ? "tenth_" : "");
+  const std::pair<const char*, const Consistency*> all[] = {
+      {"ekf", &ekf}, {"factored", &factored}, {"no_reset", &bare}, {"lag20", &lag}, {"ekf_of_those", &same}};
+  for (const auto& [name, e] : all) {
+    if (e->total.empty()) continue;
+    print(*e);
+    figure::print(key + name + "_nees", e->mean());
+    figure::print(key + name + "_nees_error", e->standard_error());
+    figure::print(key + name + "_flights", e->flights());
   }
   std::fflush(stdout);
   return ekf.refused.empty() ? ekf.second_half : std::vector<double>{};
@@ -145,7 +154,15 @@ void coarse(std::uint64_t flights, std::uint64_t seed) {
   std::printf("\nCoarse starts: heading off by up to 150 deg, %g s, inertial samples of %g Hz, GNSS 1 Hz\n",
               journey.seconds, 1 / journey.dt);
   std::printf("%-22s %5s   %s   half / nine tenths below 5 deg before\n", "", "flights", "converged");
-  for (const Convergence* e : {&ekf, &iekf, &lag, &batch, &several}) print(*e);
+  const std::pair<const char*, const Convergence*> all[] = {
+      {"ekf", &ekf}, {"iekf", &iekf}, {"lag20", &lag}, {"batch", &batch}, {"batch_several", &several}};
+  for (const auto& [name, e] : all) {
+    print(*e);
+    const std::string key = std::string("coarse/") + name;
+    figure::print(key + "_converged", 100 * e->share(), "%");
+    figure::print(key + "_flights", static_cast<double>(e->flights()));
+    figure::print(key + "_half_before", e->before(0.5), "s");
+  }
 }
 
 }  // namespace

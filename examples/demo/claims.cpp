@@ -510,13 +510,13 @@ Figures as those print them.
 | source, place | the claim | measured | verdict | printed or asserted by |
 |---|---|---|---|---|
 | Rusnak 2018, conclusions | "Simulation example demonstrates the performance." | RMS position error on the chapter's example, 40 seeds: EKF 0.42 ± 0.03, SDDRE 0.49 ± 0.04, RNLS 0.67 ± 0.06 | it works; the EKF is better | `demo_rnls` |
-| Rusnak 2018, introduction, i | "An optimal, exact, explicit, closed-form, and recursive solution" | excess min{J : x(t) = x̂} - min J of (8), chapter's example, both noises, 12 flights of 20 s at 1 ms, six times: EKF 0.008, SDDRE 0.93, RNLS 1.8; rms distance from the optimum 0.075, 0.59, 0.71 | (19) along the filter's own estimate is not the optimum of (8), and the EKF is nearer | `two_point_claims_test` (6 flights, five times) |
+| Rusnak 2018, introduction, i | "An optimal, exact, explicit, closed-form, and recursive solution" | excess min{J : x(t) = x̂} - min J of (8), chapter's example, both noises, 6 flights of 20 s at 1 ms, five times: EKF 0.0037, SDDRE 0.40, RNLS 0.90; rms distance from the optimum 0.056, 0.45, 0.63 | (19) along the filter's own estimate is not the optimum of (8), and the EKF is nearer | `two_point_claims_test` |
 | the same, of (19) | (ours) (19) along the smoothed trajectory, repeated, is the optimum | at it within 200 sweeps: 999 of 1000 flights of the older paper's oscillator (R = 1e-2), half within 27; on the chapter's own example 112 of 200 flights of 5 s | holds where the sensor is not flat | `two_point_claims_test` |
 | Rusnak 2018, (28) and (31) | the derivatives of the Lyapunov functions (27), (30) | (28) is twice the derivative; (31) is right where MᵀR⁻¹m_x is symmetric only | misprint; holds in part | `lyapunov_test` |
 | Rusnak 2015, after (13) | the exact solution is the batch one; (9) is one step of it | newest estimate of (9) 1.6 times as far from it as the EKF's, a lag of 20 steps 1/48 of that | (9) is not nearer than an EKF | `demo_van_der_pol_lag` |
 | McCaffrey 1998, Proposition 2.1 | stable on the largest sublevel set on which (13) holds | Van der Pol: level 6.849152 by the full derivative; (13) as printed drops a term and fails arbitrarily near the origin | holds with the full condition | `stability_of_van_der_pol_test`, `demo_stability_region` |
 | Dissertation, Tables 2 to 5 | optima of the Kalman filter | all 125 to the last digit | holds | `demo_dissertation` |
-| Dissertation, example 1, Figures 6 and 7 | the order changes at .0078 and 6.7 rad/s | 0.0099 and 8.9 rad/s | holds within the scatter of 100 runs | `demo_dissertation` |
+| Dissertation, example 1, Figures 6 and 7 | the order changes at .0078 and 6.7 rad/s | 0.0099 and 8.8 rad/s | holds within the scatter of 100 runs | `demo_dissertation` |
 | Dissertation, example 3 | a bang-bang input makes it better, by some 40 % | 38 %, from its tighter bound, not from its density | holds; the reason given does not | `demo_dissertation` |
 )";
 

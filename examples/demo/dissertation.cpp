@@ -428,7 +428,7 @@ Kalman filter that does not pass over it, as the source's does.
   % of .0144 leave .0025 and .0020, which cannot both be. An error of .03 takes 7 samples against 12: 42 % less, not
   50. With Q < R it is ahead from the 6th sample, not the 7th; 100 runs tell neither (a difference of .006 or .022 ±
   .02).
-- Bandwidth. The order changes at .0099 and 8.9 rad/s, where the source read .0078 and 6.7: 100 runs leave ± .0045 and
+- Bandwidth. The order changes at .0099 and 8.8 rad/s, where the source read .0078 and 6.7: 100 runs leave ± .0045 and
   ± 5, and the bands of Figure 7 overlap everywhere. The reductions at the ends are 59 and 6 % (source 54 and 8). Some
   of the lower end is start-up: a Kalman filter with the first sample loses only below .0082 rad/s.
 - Example 2. As the source says, no ratio favours the bounded estimator: in position it has 2.1 to 3.1 times the

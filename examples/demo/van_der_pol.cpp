@@ -199,6 +199,9 @@ void compare(const std::string& key, const std::vector<Track>& tracks, demo::Sum
     summary.add(prefix + "_excess_cost", all.excess.sum() / count, "-");
     summary.add(prefix + "_asymmetry", all.asymmetry, "1/s");
     summary.add(prefix + "_refused", all.refused, "-");
+    if (tracks.size() == 1 || rule_key == "ekf") return;
+    summary.add(prefix + "_mse_change", 100 * change.value() / ekf_mse, "%");
+    summary.add(prefix + "_mse_change_error", 100 * change.standard_error() / ekf_mse, "%");
   };
   row("EKF", "ekf", jml::Ekf{});
   row("SDDRE", "sddre", jml::Sddre{});

@@ -30,6 +30,7 @@ struct Grade {
 
 /// One sample of the inertial unit, held over dt: control = (rate rad/s, specific force m/s²), body's axes.
 /// w: noise of the gyros (3) and accelerometers (3), steps of the walks of their biases (6).
+// [model]
 struct Strapdown {
   using Space = navigation::Space;
   static constexpr int disturbances = 12, controls = 6;
@@ -71,6 +72,7 @@ struct Strapdown {
     return Q;
   }
 };
+// [/model]
 
 /// Position m of an antenna at `arm` m in the body's axes.
 struct GnssPosition {

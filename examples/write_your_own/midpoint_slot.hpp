@@ -12,6 +12,7 @@
 namespace own {
 
 /// The slot. x and r are n; derivative(z) is n×n or p×n, and so is the result.
+// [slot]
 struct Midpoint {
   template <typename Derivative, typename Scalar, int n>
   constexpr auto matrix(const Derivative& derivative, const jml::Vector<Scalar, n>& x,
@@ -20,6 +21,7 @@ struct Midpoint {
     return derivative(half_way);
   }
 };
+// [/slot]
 
 /// The row of SDDRE with midpoint matrices, and symmetric as that. Reference: jml::AboutOrigin,
 /// jml::AboutPoint, or jml::AboutEstimate, which makes it the EKF.

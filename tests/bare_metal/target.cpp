@@ -23,7 +23,7 @@ constexpr std::uint32_t systick_range = 0xFFFFFF;
 constexpr double instructions_per_tick = 40;  // 25 MHz, and QEMU's -icount shift=0 makes an instruction 1 ns
 
 // What a run used of the stack: what is below is painted before, and read after it.
-constexpr std::size_t paintable = 48 * 1024, spared = 512;
+constexpr std::size_t paintable = 120 * 1024, spared = 512;
 __attribute__((noinline)) volatile std::uint32_t* below() {
   return reinterpret_cast<volatile std::uint32_t*>(
       (reinterpret_cast<std::uintptr_t>(__builtin_frame_address(0)) - spared - paintable) &

@@ -12,6 +12,7 @@
 #include <jml/campaign/noise.hpp>
 #include <vector>
 
+#include "figure.hpp"
 #include "models/bounded.hpp"
 
 namespace {
@@ -41,7 +42,13 @@ struct Boxes {
     std::nth_element(widths[i].begin(), middle, widths[i].end());
     return *middle;
   }
-  void print(const char* name) {
+  void print(const char* name, const std::string& key) {
+    figure::print(key + "_steps", static_cast<double>(steps));
+    figure::print(key + "_inside", 100.0 * static_cast<double>(inside) / static_cast<double>(steps), "%");
+    for (int i = 0; i < 2; ++i) {
+      figure::print(key + "_width_" + std::to_string(i), median(i));
+      figure::print(key + "_largest_width_" + std::to_string(i), largest[i]);
+    }
     std::printf(
         "  %-11s inside %.4f %% of %ld steps; width median %.3g %.3g, largest %.3g %.3g; %ld contradictions, "
         "%ld refused\n",
@@ -55,7 +62,7 @@ struct Both {
 };
 
 template <typename D, typename S>
-Both compare(const D& dynamics, const S& sensor, const State& centre, const State& reach) {
+Both compare(const std::string& key, const D& dynamics, const S& sensor, const State& centre, const State& reach) {
   Both out;
   for (unsigned run = 0; run < runs; ++run) {
     jml::Noise noise(run + 1);
@@ -73,8 +80,8 @@ Both compare(const D& dynamics, const S& sensor, const State& centre, const Stat
       out.guaranteed.note(guaranteed, guaranteed.step(sensor, y), x);
     }
   }
-  out.linearised.print("linearised");
-  out.guaranteed.print("guaranteed");
+  out.linearised.print("linearised", key + "/linearised");
+  out.guaranteed.print("guaranteed", key + "/guaranteed");
   EXPECT_EQ(out.guaranteed.inside, out.guaranteed.steps);
   EXPECT_EQ(out.guaranteed.contradictions, 0);
   EXPECT_EQ(out.guaranteed.refused, 0);
@@ -86,7 +93,7 @@ void expect_useful(Both both) {
 }
 
 TEST(BoundedNoiseContainment, Linear) {
-  const Both both = compare(models::second_order_plant(), models::first_state(), {0, 0}, {1, 1});
+  const Both both = compare("linear", models::second_order_plant(), models::first_state(), {0, 0}, {1, 1});
   EXPECT_EQ(both.linearised.inside, both.linearised.steps) << "exact on a linear model";
   expect_useful(both);
 }
@@ -97,11 +104,11 @@ TEST(BoundedNoiseContainment, VanDerPol) {
   oscillator.q_c = 0.05;
   models::BoundedSaturatingPosition sensor;
   sensor.r = 1e-4;
-  expect_useful(compare(oscillator, sensor, {1, 0}, {0.3, 0.3}));
+  expect_useful(compare("van_der_pol", oscillator, sensor, {1, 0}, {0.3, 0.3}));
 }
 
 TEST(BoundedNoiseContainment, DampedPendulum) {
-  expect_useful(compare(models::BoundedPendulum{}, models::BoundedAngleSensor{}, {1, 0}, {0.3, 0.3}));
+  expect_useful(compare("damped", models::BoundedPendulum{}, models::BoundedAngleSensor{}, {1, 0}, {0.3, 0.3}));
 }
 
 // The rate is not measured, and swings by 3 rad/s: the box of the source grows without limit, the guaranteed
@@ -109,7 +116,7 @@ TEST(BoundedNoiseContainment, DampedPendulum) {
 TEST(BoundedNoiseContainment, UndampedPendulum) {
   models::BoundedPendulum pendulum;
   pendulum.damping = 0;
-  const Both both = compare(pendulum, models::BoundedAngleSensor{}, {1, 0}, {0.3, 0.3});
+  const Both both = compare("undamped", pendulum, models::BoundedAngleSensor{}, {1, 0}, {0.3, 0.3});
   EXPECT_LE(both.guaranteed.largest[1], 2);
   EXPECT_LE(both.guaranteed.largest[0], 2.001 * std::sqrt(3e-3)) << "the angle is measured";
   EXPECT_GT(both.linearised.largest[1], 50) << "it stays bounded here: compare it as the others";

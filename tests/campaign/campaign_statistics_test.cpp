@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "campaign/walk.hpp"
+#include "figure.hpp"
 
 namespace {
 
@@ -60,8 +61,9 @@ TEST(CampaignStatistics, IntervalsCoverTheTruthAsOftenAsTheySay) {
     run_rmse += covers(result.estimator(0).run_rmse(), std::sqrt(2 * walk::P / 3.141592653589793));  // E|e|
   }
   // 95 % ± 1 %; the scatter of 4000 campaigns is 0.34 %.
-  for (const int hits : {mean, mse, rmse, nees, nis, run_rmse}) {
-    std::printf("  %.2f %%\n", 100.0 * hits / campaigns);
+  const std::pair<const char*, int> all[] = {{"mean", mean}, {"mse", mse}, {"rmse", rmse}, {"nees", nees}, {"nis", nis}, {"run_rmse", run_rmse}};
+  for (const auto& [name, hits] : all) {
+    figure::print(std::string(name) + "_covered", 100.0 * hits / campaigns, "%");
     EXPECT_NEAR(static_cast<double>(hits) / campaigns, 0.95, 0.01);
   }
 }

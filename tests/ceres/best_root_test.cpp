@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <jml/solve/ceres.hpp>
 
+#include "figure.hpp"
 #include "filter/random_steps.hpp"
 
 namespace {
@@ -89,11 +90,12 @@ void compare(const char* name, std::uint64_t seed, int steps, double share) {
   }
   std::printf("%-12s %d steps: lowest cost of 5 starts reached in %d (%.2f %%); states differ at equal cost in %d\n", name, judged, best,
               100.0 * best / judged, other_state);
+  figure::print(std::string(name) + "/best", 100.0 * best / judged, "%");
   EXPECT_GE(best, share * judged);
   EXPECT_EQ(other_state, 0);
 }
 
-TEST(BestRoot, VanDerPol) { compare<random_steps::VanDerPol>("Van der Pol", 11, 1500, 0.99); }
+TEST(BestRoot, VanDerPol) { compare<random_steps::VanDerPol>("van_der_pol", 11, 1500, 0.99); }
 TEST(BestRoot, Pendulum) { compare<random_steps::Pendulum>("pendulum", 12, 1500, 0.99); }
 TEST(BestRoot, Radar) { compare<random_steps::Radar>("radar", 13, 1000, 0.99); }
 TEST(BestRoot, Polynomial) { compare<random_steps::Polynomial>("polynomial", 14, 1500, 0.99); }

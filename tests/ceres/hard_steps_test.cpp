@@ -10,6 +10,7 @@
 #include <jml/campaign/noise.hpp>
 #include <jml/solve/ceres.hpp>
 
+#include "figure.hpp"
 #include "models/van_der_pol.hpp"
 
 namespace {
@@ -107,14 +108,16 @@ TEST(HardSteps, WhoSolvesThem) {
     attempt(jml::IteratedJml{}, t, by_filter);
   }
   std::printf("%d steps on which Picard (50 sweeps) fails, %d of them with nonsymmetric P, out of %d drawn\n", hard, hard_nonsymmetric, drawn);
-  const auto print = [hard](const char* name, const Count& c) {
+  figure::print("steps", hard);
+  const auto print = [hard](const char* name, const char* key, const Count& c) {
+    figure::print(std::string(key) + "_solves", 100.0 * c.solved / hard, "%");
     std::printf("  %-32s solves %5d (%6.2f %%), refuses %d, worst residual %.2g\n", name, c.solved, 100.0 * c.solved / hard, c.refused, c.worst);
   };
-  print("Anderson alone", by_anderson);
-  print("damped Newton alone", by_newton);
-  print("the core's fallback solver alone", by_net);
-  print("the fallback solver with Ceres alone", by_ceres);
-  print("the filter (Anderson, then net)", by_filter);
+  print("Anderson alone", "anderson", by_anderson);
+  print("damped Newton alone", "newton", by_newton);
+  print("the core's fallback solver alone", "fallback", by_net);
+  print("the fallback solver with Ceres alone", "ceres", by_ceres);
+  print("the filter (Anderson, then the fallback solver)", "filter", by_filter);
   ASSERT_GE(hard, 1000);
   EXPECT_GE(hard_nonsymmetric, hard / 2 - 1);
   EXPECT_GE(by_net.solved, 0.995 * hard);

@@ -7,6 +7,7 @@
 #include <jml/continuous/continuous.hpp>
 
 #include "continuous/two_point_flight.hpp"
+#include "figure.hpp"
 
 namespace {
 
@@ -64,6 +65,11 @@ TEST(TwoPointClaims, FiltersAboveTheLeastCriterion) {  // 20 s at 1 ms, and 3 s
   print("both noises", noisy);
   print("no noise", consistent);
   print("a smooth y that no trajectory has", smooth);
+  const char* const names[] = {"ekf", "sddre", "rnls"};
+  for (std::size_t i = 0; i < 3; ++i) {
+    figure::print(std::string(names[i]) + "_excess", noisy[i].mean());
+    figure::print(std::string(names[i]) + "_distance", noisy[i].rms());
+  }
   EXPECT_LT(noisy[0].mean(), 0.05);
   EXPECT_GT(noisy[1].mean(), 0.1);
   EXPECT_GT(noisy[2].mean(), 0.1);
@@ -121,6 +127,10 @@ TEST(TwoPointClaims, SweptOnAThousandFlights) {
   }
   print("RNLS swept", rnls);
   print("Gauss-Newton", gauss_newton);
+  figure::print("rnls_swept_there", rnls.there);
+  figure::print("rnls_swept_sweeps", median(rnls.sweeps));
+  figure::print("gauss_newton_there", gauss_newton.there);
+  figure::print("gauss_newton_sweeps", median(gauss_newton.sweeps));
   EXPECT_GE(rnls.there, 990);
   EXPECT_GE(gauss_newton.there, 990);
   EXPECT_LT(median(rnls.sweeps), 40);

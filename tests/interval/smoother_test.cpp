@@ -6,6 +6,7 @@
 #include <jml/interval/smoother.hpp>
 #include <vector>
 
+#include "figure.hpp"
 #include "models/linear.hpp"
 #include "riccati/oracle.hpp"
 
@@ -310,6 +311,7 @@ TEST(LinearSmoother, DigitsUnderAWidePrior) {
     ASSERT_EQ(k == 0 ? smoother.update(SeasonalLevel{}, y).status : smoother.step(SeasonalLevel{}, y).status, Status::ok);
   }
   ASSERT_EQ(smoother.smooth(), Status::ok);
+  figure::print("slope_variance", smoother.P(0)(1, 1));
   EXPECT_NEAR(smoother.P(0)(1, 1), 0.0224358, 5e-8);
 }
 

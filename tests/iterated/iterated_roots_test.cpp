@@ -4,6 +4,7 @@
 
 #include <cstdio>
 
+#include "figure.hpp"
 #include "filter/random_steps.hpp"
 
 namespace {
@@ -52,6 +53,13 @@ Tally run(const char* name, std::uint64_t seed, int steps) {
               "%.2f iterations a step, %d by the fallback solver\n",
               name, tally.steps, tally.ok, tally.worst, tally.at_rounding, tally.worst_at_rounding, tally.refused,
               tally.refused_symmetric, static_cast<double>(tally.iterations) / tally.steps, tally.by_net);
+  const std::string key = name;
+  figure::print(key + "/steps", tally.steps);
+  figure::print(key + "/converged", tally.ok);
+  figure::print(key + "/at_rounding", tally.at_rounding);
+  figure::print(key + "/refused", tally.refused);
+  figure::print(key + "/residual", tally.worst);
+  figure::print(key + "/iterations", static_cast<double>(tally.iterations) / tally.steps);
   EXPECT_LE(tally.worst, 1e-12);
   EXPECT_LE(tally.worst_at_rounding, 1e-10);
   EXPECT_LE(tally.at_rounding, tally.steps / 100);
@@ -60,7 +68,7 @@ Tally run(const char* name, std::uint64_t seed, int steps) {
   return tally;
 }
 
-TEST(IteratedRoots, VanDerPol) { run<random_steps::VanDerPol>("Van der Pol", 1, 3000); }
+TEST(IteratedRoots, VanDerPol) { run<random_steps::VanDerPol>("van_der_pol", 1, 3000); }
 TEST(IteratedRoots, Pendulum) { run<random_steps::Pendulum>("pendulum", 2, 3000); }
 TEST(IteratedRoots, Radar) { run<random_steps::Radar>("radar", 3, 3000); }
 TEST(IteratedRoots, Polynomial) { run<random_steps::Polynomial>("polynomial", 4, 3000); }

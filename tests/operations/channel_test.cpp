@@ -9,6 +9,7 @@
 #include <jml/campaign/noise.hpp>
 #include <jml/jml.hpp>
 
+#include "figure.hpp"
 #include "models/radar.hpp"
 
 namespace {
@@ -72,6 +73,7 @@ double distance(const Filter& filter, const Flight& flight, const Vector3& sd) {
 
 TEST(Channel, AJumpOfTheTruthBehindAGate) {
   const Vector3 sd = steady_deviation();
+  int latest = 0;
   for (const bool with_policy : {false, true}) {
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
       Flight flight(seed);
@@ -92,6 +94,7 @@ TEST(Channel, AJumpOfTheTruthBehindAGate) {
       if (with_policy) {
         EXPECT_GE(back, 19);
         EXPECT_LE(back, 60) << seed;
+        latest = std::max(latest, back);
         EXPECT_EQ(radar.tally().recovered, 1U);
         EXPECT_LT(distance(filter, flight, sd), 5) << seed;
       } else {
@@ -100,6 +103,7 @@ TEST(Channel, AJumpOfTheTruthBehindAGate) {
       }
     }
   }
+  figure::print("back_after", latest, "samples");
 }
 
 // Pulled: away from a filter that is told which measurements are outliers. (From one that got all of them
@@ -135,6 +139,7 @@ TEST(Channel, ABurstOfOutliersAtTheSamePolicy) {
   }
   std::printf("pulled by at most %.2g deviations in 200 bursts; away from all measurements good by %.2f\n",
               pulled, away);
+  figure::print("burst_pulls_by", pulled, "deviations");
   EXPECT_LT(pulled, 3);
 }
 

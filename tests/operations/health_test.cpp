@@ -7,6 +7,9 @@
 #include <cstdio>
 #include <jml/campaign/noise.hpp>
 #include <jml/jml.hpp>
+#include <string>
+
+#include "figure.hpp"
 
 namespace {
 
@@ -71,6 +74,10 @@ TEST(Monitor, FalseAlarmsAtTheRateAskedFor) {
     const double expected = rate * samples / window;
     std::printf("rate %.2f: %.0f false alarms expected in 1e5 samples, %d high, %d low, %d biased\n", rate,
                 expected, high, low, biased);
+    const std::string key = rate > 0.03 ? "of_500" : "of_200";
+    figure::print(key + "_high", high);
+    figure::print(key + "_low", low);
+    figure::print(key + "_biased", biased);
     EXPECT_NEAR(high, expected, 0.2 * expected);
     EXPECT_NEAR(low, expected, 0.2 * expected);
     EXPECT_NEAR(biased, expected, 0.2 * expected);
@@ -122,6 +129,10 @@ TEST(Monitor, FindsASensorThatIsNotWhatItSays) {
       "%d, "
       "noise of 3 times %d\n",
       bias, alone, stuck, noisy);
+  figure::print("bias_found_within", bias, "samples");
+  figure::print("bias_found_alone", alone / 2.0, "%");
+  figure::print("stuck_found_within", stuck, "samples");
+  figure::print("noise_found_within", noisy, "samples");
   EXPECT_LE(bias, 20);  // two windows
   EXPECT_GE(alone, 100);
   EXPECT_EQ(stuck, 4);  // options.repeats

@@ -38,7 +38,7 @@ TEST(BearingsOnly, TheTruthTurnsThreeQuarters) {
 TEST(BearingsOnly, EkfHasThePublishedError) {
   campaign::Score ekf{"EKF"};
   for (unsigned run = 0; run < 2000; ++run) score(jml::Ekf{}, Track(run), ekf);
-  ekf.print("");
+  ekf.print("", "ekf");
   EXPECT_EQ(ekf.refused, 0);
   EXPECT_EQ(ekf.lost, 0);
   EXPECT_LT(ekf.error.figure().standard_error, 0.001) << "too few runs to say anything";
@@ -49,7 +49,7 @@ TEST(BearingsOnly, EkfHasThePublishedError) {
 TEST(BearingsOnly, SmootherHasThePublishedError) {
   campaign::Score smoother{"EKF smoother"};
   for (unsigned run = 0; run < 400; ++run) score_smoother(Track(run), smoother);
-  smoother.print("");
+  smoother.print("", "smoother");
   EXPECT_EQ(smoother.refused, 0);
   EXPECT_EQ(smoother.lost, 0);
   const double ours = smoother.error.figure().standard_error;

@@ -11,6 +11,8 @@
 #include <jml/campaign/noise.hpp>
 #include <vector>
 
+#include "figure.hpp"
+
 namespace campaign {
 
 struct Figure {
@@ -45,10 +47,15 @@ struct Score {
     ++refused;
     EXPECT_EQ(predicted, jml::Status::ok) << name;
   }
-  void print(const char* unit) const {
+  /// With a key: as figures, too.
+  void print(const char* unit, const char* key = nullptr) const {
     const Figure f = error.figure();
     std::printf("  %-28s %.5f +- %.5f %s  (%d runs; %d refused steps, %d lost runs)\n", name, f.value,
                 f.standard_error, unit, error.runs(), refused, lost);
+    if (key == nullptr) return;
+    figure::print(key, f.value, *unit != '\0' ? unit : "-");
+    figure::print(std::string(key) + "_error", f.standard_error, *unit != '\0' ? unit : "-");
+    figure::print(std::string(key) + "_runs", error.runs());
   }
   /// A run ended with this error; a run above `bound` has lost the target and is counted, not averaged.
   void finish(double run_error, double bound) {

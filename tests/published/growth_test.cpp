@@ -14,7 +14,7 @@ using growth::score, growth::steps, growth::Track;
 TEST(Growth, EkfHasThePublishedError) {
   campaign::Score ekf{"EKF"};
   for (unsigned run = 0; run < 1000; ++run) score(jml::Ekf{}, Track(run), ekf);
-  ekf.print("");
+  ekf.print("", "ekf");
   EXPECT_EQ(ekf.refused, 0);
   EXPECT_EQ(ekf.lost, 0);
   campaign::expect_agreement(ekf, {118.7, 2.4});

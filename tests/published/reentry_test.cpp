@@ -76,7 +76,7 @@ void score_smoother(const Track& track, campaign::Score& out) {
 TEST(Reentry, EkfHasThePublishedError) {
   campaign::Score ekf{"EKF"};
   for (unsigned run = 0; run < 400; ++run) score(jml::Ekf{}, Track(run), ekf);
-  ekf.print("km");
+  ekf.print("km", "ekf");
   EXPECT_EQ(ekf.refused, 0);
   EXPECT_EQ(ekf.lost, 0);
   EXPECT_LT(ekf.error.figure().standard_error, 0.0001) << "too few runs to say anything";
@@ -87,7 +87,7 @@ TEST(Reentry, EkfHasThePublishedError) {
 TEST(Reentry, SmootherHasThePublishedError) {
   campaign::Score smoother{"EKF smoother"};
   for (unsigned run = 0; run < 400; ++run) score_smoother(Track(run), smoother);
-  smoother.print("km");
+  smoother.print("km", "smoother");
   EXPECT_EQ(smoother.refused, 0);
   EXPECT_EQ(smoother.lost, 0);
   const double ours = smoother.error.figure().standard_error;

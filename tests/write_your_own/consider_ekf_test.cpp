@@ -6,8 +6,11 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <iterator>
 #include <jml/campaign/noise.hpp>
 
+#include "figure.hpp"
 #include "models/linear.hpp"
 
 namespace {
@@ -111,9 +114,9 @@ TEST(ConsiderEkf, IsTheJointFilterWithStruckGain) {
   const double worst[] = {worst_of_runs<2, 1, 1>(1, 100, 300), worst_of_runs<4, 2, 2>(2, 100, 300),
                           worst_of_runs<5, 4, 3>(3, 60, 300)};
   for (const double one : worst) {
-    std::printf("  largest relative difference %.1e\n", one);
     EXPECT_LT(one, 1e-12);
   }
+  figure::print("difference", *std::max_element(std::begin(worst), std::end(worst)));
 }
 
 TEST(ConsiderEkf, NothingConsideredIsTheKalmanFilter) {

@@ -3,6 +3,7 @@
 /// States that are known better than Scalar can say. The rounding of x, ε |x| a step, is no small part of
 /// their deviations, and dynamics that expand make more of both: so their x moves in twice the digits until
 /// the deviations are larger, or until nothing is dropped, as of a known constant.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/riccati/difference.hpp>
@@ -73,3 +74,4 @@ struct KnownMove {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>

@@ -2,6 +2,7 @@
 /// @file
 /// The states of an interval in twice the digits, where its start is known better than Scalar can say: what
 /// they lose to rounding no disturbance explains, and dynamics that expand make more of it.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #include <jml/filter/factored_belief.hpp>
@@ -80,3 +81,4 @@ struct AllDigits {
 };
 
 }  // namespace jml::detail
+#include <jml/warnings_end.hpp>
