@@ -17,7 +17,7 @@ inline Tree read_tree(const std::filesystem::path& root) {
     const std::string extension = file.extension().string();
     std::string& content = tree[file.lexically_relative(root).generic_string()];
     if (extension != ".cpp" && extension != ".hpp" && extension != ".md" && extension != ".txt" &&
-        extension != ".cmake" && extension != ".json")
+        extension != ".cmake" && extension != ".json" && extension != ".py")
       return;
     std::ifstream in(file, std::ios::binary);
     content.assign(std::istreambuf_iterator<char>(in), {});
