@@ -76,6 +76,24 @@ int main() {
               ekf.lost().size());
   // [/result]
 
+  // [difference]
+  const jml::Figure more =
+      result.difference("prediction alone", "EKF");  // of a run's RMSE, on the same flights
+  std::printf("without measurements the RMSE of a flight is %.2f larger, 95 %% within [%.2f, %.2f]\n",
+              more.value, more.low, more.high);
+  // [/difference]
+
+  // [parts]
+  // On one machine of two: the first 64 of the campaign's 128 blocks of runs. On the other: .first = 64.
+  campaign.options.count = 64;
+  campaign.options.journal = "half.journal";
+  const jml::CampaignResult part = campaign.run();
+  // Later, where that journal is: what it has is taken over, what no part has is flown.
+  campaign.options = {.runs = 1000, .seed = 1, .progress = false, .parts = {"half.journal"}};
+  const jml::CampaignResult whole = campaign.run();
+  // [/parts]
+  std::remove("half.journal");
+
   // [replay]
   const auto replay = campaign.replay(471);  // one run again: replay.flight, and of each estimator its rows
   const auto& last = replay.tracks[0].rows[50];
@@ -86,5 +104,7 @@ int main() {
   const double alone = result.estimator("prediction alone").at(50).rmse(0).value;
   const bool right =
       rmse.low < std::sqrt(0.5) && std::sqrt(0.5) < rmse.high && std::abs(alone - std::sqrt(26)) < 0.5;
-  return right && consistent && replay.ok() ? 0 : 1;
+  const bool merged = part.estimator("EKF").kept() == 512 && whole.blocks_taken_over() == 64 &&
+                      whole.estimator("EKF").at(50).rmse(0).value == rmse.value && more.low > 0;
+  return right && consistent && merged && replay.ok() ? 0 : 1;
 }
