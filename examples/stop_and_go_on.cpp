@@ -31,8 +31,8 @@ int main() {
     ++(jml::usable(filter.step(SaturatingPosition{}, y(k)).status) ? counters.used : counters.refused);
 
   // [save]
-  jml::ImageOf<decltype(filter), Counters>
-      image;  // a std::array: for a file, a flash page, another processor
+  // A std::array of bytes, its size known at compile time: for a file, a flash page, another processor.
+  jml::ImageOf<decltype(filter), Counters> image;
   if (jml::save(image, filter, counters) != jml::Status::ok) return 1;
   // [/save]
 
@@ -43,8 +43,9 @@ int main() {
               describe(jml::restore(image, restored, again)));
   image[100] ^= std::byte{1};
   // [restore]
-  std::printf("and right again: %s\n", describe(jml::restore(image, restored, again)));
+  const jml::Status status = jml::restore(image, restored, again);
   // [/restore]
+  std::printf("and right again: %s\n", describe(status));
 
   for (int k = 20; k < 40; ++k) {
     if (!jml::usable(filter.step(SaturatingPosition{}, y(k)).status)) return 1;
@@ -52,5 +53,5 @@ int main() {
   }
   std::printf("twenty steps on: x = (%.17g, %.17g) and (%.17g, %.17g)\n", filter.x()(0), filter.x()(1),
               restored.x()(0), restored.x()(1));
-  return filter.x() == restored.x() && again.used == counters.used ? 0 : 1;
+  return status == jml::Status::ok && filter.x() == restored.x() && again.used == counters.used ? 0 : 1;
 }

@@ -62,9 +62,8 @@ int main() {
     const jml::Matrix<double, 2, 2> P0 = 0.1 * jml::Matrix<double, 2, 2>::Identity();
     // [sampled]
     jml::Filter filter{jml::Continuous{jml::Ekf{}}, Pendulum{}, jml::Estimate{x0, P0}};
-    const auto report =
-        filter.step(Encoder{}, 0.52, 0.02, 1.5);           // f over 0.02 s under u = 1.5, then the sample
-    const jml::Status status = filter.predict(0.02, 1.5);  // no sample
+    const auto report = filter.step(Encoder{}, 0.52, 0.02, 1.5);  // f over 0.02 s under u = 1.5; the sample
+    const jml::Status status = filter.predict(0.02, 1.5);         // no sample
     // [/sampled]
     sound &= jml::usable(report.status) && jml::usable(status);
     std::printf("pendulum: angle %.4f, rate %.4f at %.2f s\n", filter.x()(0), filter.x()(1), filter.time());
@@ -76,9 +75,9 @@ int main() {
   jml::Filter filter{jml::Continuous{jml::Rnls{}, jml::DavisonMaki{}}, Oscillator{}, jml::Estimate{x0, P0}};
   const auto held = filter.step(Position{}, y, dt);                     // y held over dt
   const auto line = filter.step(Position{}, jml::Line{y, y_next}, dt);  // or interpolated
-  const auto any =
-      filter.step(Position{}, [](double t) { return 1.1 * std::cos(t); }, dt);  // or any function of time
-  const jml::Status on = filter.predict(dt);                                    // no measurement
+  const auto cosine = [](double t) { return 1.1 * std::cos(t); };
+  const auto any = filter.step(Position{}, cosine, dt);  // or any function of time
+  const jml::Status on = filter.predict(dt);             // no measurement
   // [/signals]
   sound &= jml::usable(held.status) && jml::usable(line.status) && jml::usable(any.status) && jml::usable(on);
 

@@ -33,10 +33,9 @@ int main() {
   // [/lag]
 
   // [batch]
-  jml::Batch batch{
-      VanDerPol{}, jml::sensors<SaturatingPosition>, jml::Estimate{x0, P0}, {.steps = 100}};  // memory: here
-  for (const double y : flight)
-    sound &= jml::usable(batch.step(SaturatingPosition{}, y));  // predict(), update() too
+  const jml::Estimate prior{x0, P0};
+  jml::Batch batch{VanDerPol{}, jml::sensors<SaturatingPosition>, prior, {.steps = 100}};  // memory: here
+  for (const double y : flight) sound &= jml::usable(batch.step(SaturatingPosition{}, y));
   const auto answer = batch.solve();                     // batch.x(k), batch.w(k), batch.P(k), answer.cost
   const auto excess = jml::excess_cost(batch, lag.x());  // min{J : x_N = x̂} - min J
   // [/batch]

@@ -33,8 +33,7 @@ struct Walks {
   int steps = 50;
   double dt = 1;      // s
   Position sensor{};  // what the estimators are given
-  double lost =
-      100;  // a run whose error is above it counts as lost; leave it out where there is no such thing
+  double lost = 100;  // a run whose error is above it counts as lost
 
   /// Draws one run: the true states and what was measured. Called from several threads at once.
   void fly(jml::CounterNoise& noise, jml::Flight<1, 1>& flight) const {
@@ -58,12 +57,13 @@ int main() {
                        filter.gate = {1e-9};  // rejects all that comes
                        return filter;
                      }}};
-  campaign.options = {.runs = 1000,
-                      .seed = 1,
-                      .threads = 2,
-                      .progress = false};  // .journal = "walks.journal" to go on after a stop
+  // With .journal = "walks.journal" a campaign that was stopped goes on where it was.
+  campaign.options = {.runs = 1000, .seed = 1, .threads = 2, .progress = false};
   const jml::CampaignResult result = campaign.run();
-  if (!result.ok()) return std::puts(result.message()), 1;
+  if (!result.ok()) {
+    std::puts(result.message());
+    return 1;
+  }
   // [/campaign]
 
   // [result]

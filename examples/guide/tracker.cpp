@@ -103,11 +103,12 @@ int main() {
     move(0.4);
     const double t = filter.time() + 0.4;
     const jml::Vector<double, 3> fix = transponder.measurement(truth) + 50 * noise.normal_vector<3>();
+    y = radar.measurement(truth);
     // [fixes]
-    const auto second =
-        filter.step(transponder, fix, jml::at_time(t));  // predict to t, s on the filter's clock
-    const auto third = filter.update(radar, y = radar.measurement(truth),
-                                     jml::only(0, 2));  // no azimuth, and no time passes
+    // Predict to t, in seconds on the filter's clock, and correct.
+    const auto second = filter.step(transponder, fix, jml::at_time(t));
+    // The radar has seen range and elevation at this time: no azimuth, and no time passes.
+    const auto third = filter.update(radar, y, jml::only(0, 2));
     // [/fixes]
     sound &= jml::usable(second.status) && jml::usable(third.status);
   }
@@ -122,13 +123,13 @@ int main() {
   // [channel]
   jml::Channel channel{
       Radar{}, jml::Lockout<6>{.after = 20, .recovery = jml::Recovery::inflate, .variances = variances},
-      jml::blocks(jml::only(0), jml::only(1, 2))};  // the range is judged alone, the angles together
+      jml::blocks(jml::only(0), jml::only(1, 2))};  // the range alone, the angles together
   channel.gate = {0.999};
   y = radar.measurement(truth);
-  y(0) += 5000;
-  const auto judged = channel.update(filter, y);  // in place of filter.update(radar, y): the angles are used
-  const jml::Status other = channel.retune(Radar{}, filter);  // other parameters of the sensor, from here on
-  channel.use = jml::Use::inhibit;                            // and from here on it is not listened to
+  y(0) += 5000;                                   // a wrong range
+  const auto judged = channel.update(filter, y);  // for filter.update(radar, y): the angles are used
+  const jml::Status other = channel.retune(Radar{}, filter);  // other parameters of the sensor
+  channel.use = jml::Use::inhibit;                            // from here on it is not listened to
   // [/channel]
   sound &= jml::usable(judged.status) && jml::usable(other) && channel.tally().partial == 1;
 

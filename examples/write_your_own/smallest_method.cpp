@@ -68,8 +68,8 @@ int main() {
   // [/check]
 
   // [rule]
-  using Row = jml::GainRule<own::Midpoint{}, jml::Slot::jacobian, jml::Slot::jacobian,
-                            own::Midpoint{}>;  // A, B, D, E
+  // A, B, D, E:
+  using Row = jml::GainRule<own::Midpoint{}, jml::Slot::jacobian, jml::Slot::jacobian, own::Midpoint{}>;
   const jml::Estimate start{x0, jml::Matrix<double, 2, 2>(jml::Matrix<double, 2, 2>::Identity())};
   jml::Filter one_pass{Row{}, VanDerPol{}, start};
   jml::Filter exact{jml::Iterated<Row>{}, VanDerPol{}, start};  // the exact step, with P by these slots

@@ -102,7 +102,8 @@ class Checker {
         check_commands(from + 1 + i, block[i]);
         check_names(from + 1 + i, block[i]);
       }
-    } else if (language == "cpp" || language == "cmake") {
+    } else if (language == "cpp" || language == "cmake" ||
+               (language == "python" && !comment_of(before, "cut").empty())) {
       if (!comment_of(before, "not jml").empty()) {
         for (std::size_t i = 0; i < block.size(); ++i) {
           if (block[i].find("jml::") != block[i].npos || block[i].find("jml/") != block[i].npos)

@@ -17,12 +17,13 @@ inline Tree read_tree(const std::filesystem::path& root) {
     const std::string extension = file.extension().string();
     std::string& content = tree[file.lexically_relative(root).generic_string()];
     if (extension != ".cpp" && extension != ".hpp" && extension != ".md" && extension != ".txt" &&
-        extension != ".cmake" && extension != ".json")
+        extension != ".cmake" && extension != ".json" && extension != ".py")
       return;
     std::ifstream in(file, std::ios::binary);
     content.assign(std::istreambuf_iterator<char>(in), {});
   };
   for (const char* folder : {"examples", "tests", "include", "data", "cmake", "bench"}) {
+    if (!std::filesystem::is_directory(root / folder)) continue;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(root / folder)) {
       if (entry.is_regular_file()) take(entry.path());
     }

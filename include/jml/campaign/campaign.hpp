@@ -48,7 +48,8 @@ struct CampaignReplay {
 template <typename Scenario, typename... E>
 class Campaign {
   static_assert(sizeof...(E) > 0, "jml: a campaign needs at least one jml::Estimator");
-  static_assert(Scenario::states > 0 && Scenario::measurements > 0);
+  static_assert(detail::require_scenario<Scenario>());
+  static_assert((detail::require_estimator<Scenario, E>() && ...));
 
  public:
   explicit Campaign(Scenario scenario, E... estimators)

@@ -73,6 +73,42 @@ double lost_bound(const Scenario& scenario) {
     return std::numeric_limits<double>::infinity();
 }
 
+/// Compile-time checks of a scenario and of an estimator for it, each with the user's mistake in words.
+template <typename Scenario>
+consteval bool require_scenario() {
+  constexpr bool counted = requires {
+    std::integral_constant<int, Scenario::states>();
+    std::integral_constant<int, Scenario::measurements>();
+  };
+  static_assert(counted,
+                "jml: a scenario of a campaign has `static constexpr int states` and `measurements`");
+  if constexpr (counted) {
+    constexpr bool described = requires(const Scenario& s) {
+      std::string(s.name);
+      static_cast<int>(s.steps);
+      double(s.dt);
+      s.sensor;
+    };
+    static_assert(described, "jml: a scenario of a campaign has `name`, `steps`, `dt` (s) and `sensor`");
+    constexpr bool flies = requires(const Scenario& s, CounterNoise& noise, FlightOf<Scenario>& flight) {
+      s.fly(noise, flight);
+    };
+    static_assert(flies,
+                  "jml: a scenario of a campaign has `void fly(jml::CounterNoise&, jml::Flight<states, "
+                  "measurements, controls>&) const`, with its own numbers");
+  }
+  return true;
+}
+template <typename Scenario, typename E>
+consteval bool require_estimator() {
+  constexpr bool makes =
+      requires(const E& estimator, const FlightOf<Scenario>& flight) { estimator.make(flight); };
+  static_assert(makes,
+                "jml: an Estimator is a name and a function of the flight that makes a filter, "
+                "[](const auto&) { return jml::Filter{…}; }");
+  return makes;
+}
+
 /// The sample at the end of dt, however the filter takes it.
 template <typename Filter, typename S, typename Y, typename Scalar, typename Control>
 auto step_with(Filter& filter, const S& sensor, const Y& y, Scalar dt, const Control& control) {

@@ -182,6 +182,7 @@ class Filter {
       return {};
     } else if constexpr ((std::is_same_v<Which, Rows> || ...)) {
       static_assert((0 + ... + std::is_same_v<Which, Rows>) == 1, "jml: one set of rows, please");
+      static_assert(detail::require_accepted_sensor<Method, Part<S>>());
       return core_.template correct<S>(part(sensor, std::get<Rows>(std::tuple(which...))), y, gate, which...);
     } else {
       return core_.template correct<S>(sensor, y, gate, which...);
