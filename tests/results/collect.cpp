@@ -104,7 +104,8 @@ void compile_cost(const std::string& line, Table& out) {
     out.push_back({std::filesystem::path(path).stem().string(), ratio, "-"});
 }
 
-/// Processor time in ns, or the time on the clock where the benchmark is registered so; and its counters.
+/// Processor time in ns, or the time on the clock where the benchmark is registered so; and its counters; by
+/// name, as the benchmarks are run in a random order.
 Table bench(const std::string& json) {
   Table out;
   std::string name;
@@ -142,6 +143,7 @@ Table bench(const std::string& json) {
       out.push_back({name + "." + key, number, "-"});
     }
   }
+  std::sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
   return out;
 }
 
