@@ -2,6 +2,7 @@
 /// @file
 /// What is said to GCC and Clang beyond the standard, each thing behind one spelling. Another compiler reads
 /// standard C++.
+#include <jml/warnings_begin.hpp>
 #pragma once
 
 #if !defined(JML_GNU)
@@ -37,3 +38,4 @@
   for (;;) {            \
   }
 #endif
+#include <jml/warnings_end.hpp>
