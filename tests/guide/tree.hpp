@@ -22,7 +22,7 @@ inline Tree read_tree(const std::filesystem::path& root) {
     std::ifstream in(file, std::ios::binary);
     content.assign(std::istreambuf_iterator<char>(in), {});
   };
-  for (const char* folder : {"examples", "tests", "include", "data", "cmake", "bench"}) {
+  for (const char* folder : {"examples", "tests", "include", "cmake", "bench"}) {
     if (!std::filesystem::is_directory(root / folder)) continue;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(root / folder)) {
       if (entry.is_regular_file()) take(entry.path());
