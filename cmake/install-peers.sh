@@ -64,7 +64,7 @@ fi
 if ! command -v cargo >/dev/null; then
   skip minikalman_ekf "no cargo (Rust 1.89 or newer; that of Debian 12 is older)"
   skip fusion_nav "no cargo (Rust 1.89 or newer; that of Debian 12 is older)"
-elif ! cargo fetch -q --locked --manifest-path "$here/bench/peers/rust/Cargo.toml" >"$directory/cargo.log" 2>&1; then
+elif ! cargo fetch -q --manifest-path "$here/bench/peers/rust/Cargo.toml" >"$directory/cargo.log" 2>&1; then
   skip minikalman_ekf "cargo fetch failed, see cargo.log"
   skip fusion_nav "cargo fetch failed, see cargo.log"
 fi

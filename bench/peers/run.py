@@ -81,14 +81,16 @@ class Runner:
                 self.configs.append(config)
         for entry in self.builds:
             command = [self.fill(word, {}) for word in entry["command"]]
-            if shutil.which(command[0]) is None:
-                self.reasons[entry["name"]] = f"{command[0]} is not installed"
+            if entry["name"] in self.reasons or shutil.which(command[0]) is None:
+                for name in [entry["name"], *entry.get("also", [])]:
+                    self.reasons.setdefault(name, f"{command[0]} is not installed")
                 continue
             environment = {**os.environ, **{k: self.fill(v, {}) for k, v in entry.get("environment", {}).items()}}
             say(f"peers: building {entry['name']}")
             done = run(command, 1800, env=environment, cwd=SOURCE)
             if done.returncode != 0:
-                self.reasons[entry["name"]] = "did not build: " + last_line(done.stderr)
+                for name in [entry["name"], *entry.get("also", [])]:
+                    self.reasons.setdefault(name, "did not build: " + last_line(done.stderr))
 
     def build_config(self, config):
         directory = os.path.join(self.build, config["directory"])
@@ -135,12 +137,11 @@ class Runner:
     def command(self, config, contest, contender):
         """The command without its arguments; None, and the reason, where there is none."""
         only = contender.get("only")
-        if only and config["level"] not in only.get("levels", [config["level"]]):
+        if only and config["name"] not in only.get("configs", [config["name"]]):
             return None, "takes part with other flags"
-        if only and config["compiler"] not in only.get("compilers", [config["compiler"]]):
-            return None, "takes part with another compiler"
-        if contender["name"] in self.reasons:
-            return None, self.reasons[contender["name"]]
+        for name in (contender["name"], self.program(contest, contender)):
+            if name in self.reasons:
+                return None, self.reasons[name]
         if "run" in contender:
             command = [self.fill(word.replace("{contest}", contest["name"]), config) for word in contender["run"]]
         else:
@@ -169,7 +170,7 @@ class Runner:
         rows, references = [], {}
         for contender in contest["contenders"]:
             row = {"config": config["name"], "contest": contest["name"], "steps": contest["steps"] or "",
-                   "contender": contender["name"], "group": contender["group"], "what": contender["what"]}
+                   "contender": contender["name"], "group": contender["group"], "what": contender["what"], "against": contender.get("against")}
             command, why = self.command(config, contest, contender)
             if command is None:
                 if why.startswith("takes part"):
@@ -223,7 +224,7 @@ class Runner:
             if row["status"] != "timed":
                 continue
             row["ns_per_step"] = statistics.median(row["rounds"])
-            row["ratio"] = ratio(row, by_name.get(row["reference"]))
+            row["ratio"] = ratio(row, by_name.get(row["against"] or row["reference"]))
         self.against_best(rows)
         return rows
 
@@ -242,6 +243,8 @@ class Runner:
     def code_size(self, config, contest, command, contender):
         """Bytes of code and constants beyond those of the harness around nothing."""
         nothing = os.path.join(self.build, config["directory"], "nothing-" + contest.get("program", contest["name"]))
+        if "nothing" in contender:
+            nothing = self.fill(contender["nothing"], config)
         if contender.get("code") == "unknown" or not os.path.exists(nothing):
             return None
         sizes = []
