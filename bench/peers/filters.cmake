@@ -12,6 +12,16 @@ foreach(n 2 6 15)
   endforeach()
 endforeach()
 
+# The contest strapdown.
+foreach(name jml_ekf jml_ekf_float strapdown_by_hand)
+  if(name MATCHES "jml")
+    peer_contender(${name}-strapdown jml_strapdown.cpp DEFINE $<$<STREQUAL:${name},jml_ekf_float>:JML_PEER_FLOAT>)
+  else()
+    peer_contender(${name}-strapdown strapdown_by_hand.cpp)
+  endif()
+  target_include_directories(${name}-strapdown PRIVATE ${root}/examples ${root}/tests)
+endforeach()
+
 find_package(mrpt-bayes QUIET)
 if(mrpt-bayes_FOUND)
   peer_skipped(mrpt_ekf-n15 "its class without landmarks does not compile with 15 states")
