@@ -1,5 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // jml::Filter with the method that JML_PEER_METHOD names.
+#include <jml/filter/factored.hpp>
+#include <jml/filter/filter.hpp>
+#include <jml/filter/one_pass.hpp>
+#include <jml/iterated/iterated.hpp>
+
 #include "step_contest.hpp"
 
 namespace {
@@ -35,12 +40,12 @@ class Library {
   bool step(const peers::Measurement& y) { return jml::usable(filter_.step(sensor_, y).status); }
   [[nodiscard]] double x(int i) const { return filter_.x()(i); }
   [[nodiscard]] double variance(int i) const { return filter_.P()(i, i); }
-  [[nodiscard]] static std::size_t state_bytes() { return sizeof(Filter) - sizeof(decltype(peers::Contest::dynamics)); }
+  [[nodiscard]] static std::size_t state_bytes() { return sizeof(Filter) - sizeof(peers::Dynamics); }
 
  private:
   using Filter = decltype(jml::Filter{method(), std::declval<const peers::Contest&>().dynamics,
                                       jml::Estimate{peers::State{}, peers::Square{}}});
-  const decltype(peers::Contest::sensor)& sensor_;
+  const peers::Sensor& sensor_;
   Filter filter_;
 };
 

@@ -114,8 +114,7 @@ class Runner:
         for line in self.lines(os.path.join(directory, "skipped.txt")):
             name, _, why = line.partition(": ")
             self.reasons[name] = why
-        if not os.path.isdir(self.data):
-            subprocess.run([os.path.join(directory, "write_data"), self.data], check=True)
+        subprocess.run([os.path.join(directory, "write_data"), self.data], check=True)
         return True
 
     @staticmethod

@@ -6,23 +6,30 @@
 
 #include <Eigen/Core>
 
-#include "../cases.hpp"
 #include "harness.hpp"
+
+#if JML_PEER_N == 2
+#include "../../tests/models/van_der_pol.hpp"
+#elif JML_PEER_N == 6
+#include "../../tests/models/radar.hpp"
+#else
+#include "../../tests/models/dense.hpp"
+#endif
 
 namespace peers {
 
 #if JML_PEER_N == 2
-using Case = cases::VanDerPol;
-inline Case make_case() { return cases::make_n2(); }
+using Dynamics = models::VanDerPol;
+using Sensor = models::SaturatingPosition;
 #elif JML_PEER_N == 6
-using Case = cases::Radar;
-inline Case make_case() { return cases::make_n6(); }
+using Dynamics = models::BallisticTarget;
+using Sensor = models::Radar;
 #else
-using Case = cases::Dense;
-inline Case make_case() { return cases::make_n15(); }
+using Dynamics = models::DenseDynamics<15>;
+using Sensor = models::DenseSensor<15, 6>;
 #endif
 
-constexpr int n = Case::n, p = Case::p;
+constexpr int n = Dynamics::states, p = Sensor::measurements;
 using State = jml::Vector<double, n>;
 using Square = jml::Matrix<double, n, n>;
 using Measurement = jml::Vector<double, p>;
@@ -30,17 +37,17 @@ using MeasurementSquare = jml::Matrix<double, p, p>;
 
 /// What a contender is made from.
 struct Contest {
-  decltype(Case::dynamics) dynamics;
-  decltype(Case::sensor) sensor;
+  Dynamics dynamics;
+  Sensor sensor;
   State x0;
   Square P0, Q;  ///< Q: G Q Gᵀ of a step
   MeasurementSquare R;
   std::vector<Measurement> y;
 
   explicit Contest(const Data& data) {
-    const Case c = make_case();
-    dynamics = c.dynamics;
-    sensor = c.sensor;
+#if JML_PEER_N == 6
+    dynamics.gravity = data.number("gravity");  // not the model's own
+#endif
     x0 = Eigen::Map<const State>(data.row("x0").data());
     P0 = Eigen::Map<const Square>(data.row("P0").data());  // symmetric: rows or columns
     Q = Eigen::Map<const Square>(data.row("Q").data());

@@ -114,8 +114,9 @@ pub fn run<J: Job>(name: &str, make: impl Fn(&Data, usize) -> J) {
         let before = ALLOCATIONS.load(Relaxed);
         let start = Instant::now();
         job.run();
-        times.push(start.elapsed().as_nanos() as f64 / steps as f64);
+        let elapsed = start.elapsed();
         allocated = ALLOCATIONS.load(Relaxed) - before;
+        times.push(elapsed.as_nanos() as f64 / steps as f64);
         outcome = job.outcome();
     }
     times.sort_by(f64::total_cmp);
