@@ -188,6 +188,7 @@ def write(results, build, path):
         lines += contest_table(contest, of_it, used)
         lines += resources_table(of_it, used[0]["name"], contest.get("show", []))
         figure(build, contest, of_it, used)
+    lines += ["", "## Notes", ""] + ["- " + text for text in results["notes"]]
     lines += ["", "## Not measured", ""]
     skipped = {}
     for row in rows:

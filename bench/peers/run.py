@@ -50,12 +50,13 @@ class Runner:
         self.python = os.path.join(build, "venv", "bin", "python")
         self.skipped = {}  # (config, program) or program -> why
         self.reasons = {}  # contender -> why, of install-peers.sh and of the builds
-        self.contests, self.builds, self.not_measured = [], [], []
+        self.contests, self.builds, self.not_measured, self.notes = [], [], [], []
         for path in sorted(glob.glob(os.path.join(SOURCE, "*.json"))):
             with open(path) as file:
                 content = json.load(file)
             self.builds += content.get("builds", [])
             self.not_measured += content.get("not_measured", [])
+            self.notes += content.get("notes", [])
             for contest in content["contests"]:
                 if ONLY and contest["name"] not in ONLY:
                     continue
@@ -100,7 +101,8 @@ class Runner:
         if done.returncode != 0:
             say(done.stdout + done.stderr)
             return False
-        targets = sorted({self.program(c, e) for c in self.contests for e in c["contenders"] if "run" not in e}
+        targets = sorted({self.program(c, e) for c in self.contests for e in c["contenders"]
+                          if "run" not in e and takes_part(e, config)}
                          | {"nothing-" + c.get("program", c["name"]) for c in self.contests})
         known = {line.split(":")[0] for line in
                  run(["ninja", "-C", directory, "-t", "targets", "all"]).stdout.splitlines()}
@@ -135,8 +137,7 @@ class Runner:
 
     def command(self, config, contest, contender):
         """The command without its arguments; None, and the reason, where there is none."""
-        only = contender.get("only")
-        if only and config["name"] not in only.get("configs", [config["name"]]):
+        if not takes_part(contender, config):
             return None, "takes part with other flags"
         for name in (contender["name"], self.program(contest, contender)):
             if name in self.reasons:
@@ -269,6 +270,10 @@ class Runner:
             return None
 
 
+def takes_part(contender, config):
+    return config["name"] in contender.get("only", {}).get("configs", [config["name"]])
+
+
 def last_line(text):
     lines = [line for line in text.splitlines() if line.strip()]
     return lines[-1][:200] if lines else "no message"
@@ -335,7 +340,7 @@ def main():
         ended = time.monotonic()
         with open(dump, "w") as file:
             json.dump({"rows": rows, "contests": runner.contests, "configs": runner.configs, "rounds": ROUNDS,
-                       "not_measured": runner.not_measured, "reasons": runner.reasons,
+                       "not_measured": runner.not_measured, "notes": runner.notes, "reasons": runner.reasons,
                        "seconds": [built - started, ended - built], "versions": page.versions(runner)}, file, indent=1)
         shown = sorted({key for contest in runner.contests for key in contest.get("show", [])})
         write_csv(os.path.join(build, "results.csv"), rows, shown)
