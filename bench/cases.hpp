@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What the step benchmarks are timed on: a model pair of tests/models, a start, and a period of 64 measurements around
-/// a nominal trajectory, repeated.
+/// What the step benchmarks are timed on: a model pair of tests/models, a start, and a period of 64
+/// measurements around a nominal trajectory, repeated.
 #pragma once
 
 #include <array>

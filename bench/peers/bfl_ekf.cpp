@@ -72,8 +72,13 @@ class Observation : public BFL::AnalyticConditionalGaussianAdditiveNoise {
 class Bfl {
  public:
   explicit Bfl(const peers::Contest& contest)
-      : transition_(contest), observation_(contest), system_(&transition_), sensor_(&observation_),
-        prior_(vector(contest.x0), symmetric(contest.P0)), filter_(&prior_), y_(p) {
+      : transition_(contest),
+        observation_(contest),
+        system_(&transition_),
+        sensor_(&observation_),
+        prior_(vector(contest.x0), symmetric(contest.P0)),
+        filter_(&prior_),
+        y_(p) {
     filter_.AllocateMeasModelExt(p);
   }
   bool step(const peers::Measurement& y) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// count_instructions PROGRAM ARGUMENT…: runs PROGRAM and prints how many instructions it executes between its first and
-// second breakpoint instruction (int3), its third and fourth, and so on: one number a line. The processor is stepped
-// one instruction at a time, so the count is exact, and any instruction that this processor knows is counted, those of
-// AVX-512 too. x86-64 on Linux.
+// count_instructions PROGRAM ARGUMENT…: runs PROGRAM and prints how many instructions it executes between its
+// first and second breakpoint instruction (int3), its third and fourth, and so on: one number a line. The
+// processor is stepped one instruction at a time, so the count is exact, and any instruction that this
+// processor knows is counted, those of AVX-512 too. x86-64 on Linux.
 #include <signal.h>
 #include <sys/ptrace.h>
 #include <sys/wait.h>

@@ -12,8 +12,8 @@
 #include <memory>
 #include <sstream>
 
-// Every allocation of the process is counted, those of shared libraries included: malloc and its like are replaced
-// by glibc's own under another name. operator new calls malloc.
+// Every allocation of the process is counted, those of shared libraries included: malloc and its like are
+// replaced by glibc's own under another name. operator new calls malloc.
 namespace {
 std::atomic<long> allocations{0};
 }
@@ -64,7 +64,8 @@ void mark() {
 #endif
 }
 
-/// Most memory that the process ever held, kB, libraries included. (getrusage would count that of its parent too.)
+/// Most memory that the process ever held, kB, libraries included. (getrusage would count that of its parent
+/// too.)
 long peak_kb() {
   std::ifstream in("/proc/self/status");
   for (std::string line; std::getline(in, line);) {
@@ -127,7 +128,8 @@ int run(int argc, char** argv, const char* name, Make make) {
     job->run();
     const auto end = std::chrono::steady_clock::now();
     allocated = allocations - before;
-    times.push_back(std::chrono::duration<double, std::nano>(end - start).count() / static_cast<double>(steps));
+    times.push_back(std::chrono::duration<double, std::nano>(end - start).count() /
+                    static_cast<double>(steps));
     result = job->result();
   }
   std::sort(times.begin(), times.end());
@@ -138,8 +140,8 @@ int run(int argc, char** argv, const char* name, Make make) {
 #endif
   std::printf("{\"contender\":\"%s\",\"contest\":\"%s\",\"compiler\":\"%s\",\"flags\":\"%s\"", name,
               data.contest().c_str(), compiler, JML_PEER_FLAGS);
-  std::printf(",\"steps\":%ld,\"ns_per_step\":%.6g,\"allocations_per_step\":%.6g", steps, times[times.size() / 2],
-              static_cast<double>(allocated) / static_cast<double>(steps));
+  std::printf(",\"steps\":%ld,\"ns_per_step\":%.6g,\"allocations_per_step\":%.6g", steps,
+              times[times.size() / 2], static_cast<double>(allocated) / static_cast<double>(steps));
   std::printf(",\"peak_kb\":%ld,\"state_bytes\":%zu,\"usable\":%s", peak_kb(), result.state_bytes,
               result.usable ? "true" : "false");
   for (const auto& [key, value] : result.more) std::printf(",\"%s\":%.17g", key.c_str(), value);

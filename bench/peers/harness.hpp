@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// What every contender written in C++ shares: the data file, the clock, the count of allocations, the line it prints.
-/// The protocol, for contenders in any language, is in README.md beside this file.
+/// What every contender written in C++ shares: the data file, the clock, the count of allocations, the line
+/// it prints. The protocol, for contenders in any language, is in README.md beside this file.
 #pragma once
 
 #include <map>
@@ -45,7 +45,8 @@ struct Job {
 /// A job of `steps` steps.
 using Make = Job* (*)(const Data& data, long steps);
 
-/// The whole program: `contender DATA STEPS REPEAT`, or `contender DATA STEPS count` under count_instructions.
+/// The whole program: `contender DATA STEPS REPEAT`, or `contender DATA STEPS count` under
+/// count_instructions.
 int run(int argc, char** argv, const char* name, Make make);
 
 /// The value is taken as read and written here: what led to it is not optimised away.

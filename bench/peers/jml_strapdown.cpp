@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// jml's EKF on the model of examples/navigation, its Jacobians derived from it. JML_PEER_FLOAT: in single precision.
-// JML_PEER_FACTORED: U D Uᵀ.
+// jml's EKF on the model of examples/navigation, its Jacobians derived from it. JML_PEER_FLOAT: in single
+// precision. JML_PEER_FACTORED: U D Uᵀ.
 #include "strapdown_contest.hpp"
 
 namespace {
@@ -28,7 +28,8 @@ struct Fix : navigation::GnssFix {
 
 class Library {
  public:
-  explicit Library(const peers::Flight& flight) : fix_(flight.arm), filter_{jml::Ekf{}, Unit{}, start(flight)} {}
+  explicit Library(const peers::Flight& flight)
+      : fix_(flight.arm), filter_{jml::Ekf{}, Unit{}, start(flight)} {}
   bool predict(const jml::Vector<double, 6>& sample, double dt) {
     return jml::usable(filter_.predict(dt, jml::Vector<Scalar, 6>(sample.cast<Scalar>())));
   }
@@ -41,7 +42,8 @@ class Library {
 
  private:
   static jml::Estimate<Scalar, 16, 15> start(const peers::Flight& flight) {
-    return {jml::Vector<Scalar, 16>(flight.x0.cast<Scalar>()), jml::Matrix<Scalar, 15, 15>(flight.P0.cast<Scalar>())};
+    return {jml::Vector<Scalar, 16>(flight.x0.cast<Scalar>()),
+            jml::Matrix<Scalar, 15, 15>(flight.P0.cast<Scalar>())};
   }
   using Filter = decltype(jml::Filter{jml::Ekf{}, Unit{}, jml::Estimate<Scalar, 16, 15>{}});
   Fix fix_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The limit: plain loops over constant sizes, nothing checked and nothing reported. JML_PEER_LOOPS_JML: of the one-pass
-// JML step, else of the EKF.
+// The limit: plain loops over constant sizes, nothing checked and nothing reported. JML_PEER_LOOPS_JML: of
+// the one-pass JML step, else of the EKF.
 #include "../limit.hpp"
 #include "step_contest.hpp"
 

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// MRPT's CKalmanFilterCapable, method kfEKFNaive, its virtual functions given by the models with analytic Jacobians.
+// MRPT's CKalmanFilterCapable, method kfEKFNaive, its virtual functions given by the models with analytic
+// Jacobians.
 #include <mrpt/bayes/CKalmanFilterCapable.h>
 
 #include "step_contest.hpp"
 
-// The library as Debian builds it holds no 1×1 matrix: what the base class asks of one, which is never called here.
+// The library as Debian builds it holds no 1×1 matrix: what the base class asks of one, which is never called
+// here.
 #if JML_PEER_N == 2
 namespace mrpt::math {
 template <>
-void MatrixVectorBase<double, CMatrixFixed<double, 1, 1>>::impl_op_selfsubs(const CMatrixFixed<double, 1, 1>& m) {
+void MatrixVectorBase<double, CMatrixFixed<double, 1, 1>>::impl_op_selfsubs(
+    const CMatrixFixed<double, 1, 1>& m) {
   mvbDerived()(0, 0) -= m(0, 0);
 }
 }  // namespace mrpt::math

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The contests of one filter step after another: n2, n6, n15, chosen at compile time by JML_PEER_N. The models are
-/// those of tests/models, the start, the noise and the measurements come from the data file.
+/// The contests of one filter step after another: n2, n6, n15, chosen at compile time by JML_PEER_N. The
+/// models are those of tests/models, the start, the noise and the measurements come from the data file.
 #pragma once
 
 #include <Eigen/Core>

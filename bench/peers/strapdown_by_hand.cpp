@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The same filter as a textbook's author writes it, Jacobians derived on paper, in fixed-size Eigen (tests/models).
+// The same filter as a textbook's author writes it, Jacobians derived on paper, in fixed-size Eigen
+// (tests/models).
 #include <models/strapdown_by_hand.hpp>
 
 #include "strapdown_contest.hpp"
@@ -20,8 +21,8 @@ class ByHand {
     const Eigen::Matrix3d R = filter_.R();
     jml::Matrix<double, 6, 15> m_x;
     m_x.topRows<3>() = models::by_hand::position_slope(R, fix_.place.arm);
-    m_x.bottomRows<3>() =
-        models::by_hand::velocity_slope(R, fix_.place.arm, filter_.rate - filter_.x.segment<3>(navigation::gyro_bias));
+    m_x.bottomRows<3>() = models::by_hand::velocity_slope(
+        R, fix_.place.arm, filter_.rate - filter_.x.segment<3>(navigation::gyro_bias));
     const jml::StepContext<double, 6> at{0, dt_, last_};
     filter_.correct<6>(y, fix_.measurement(filter_.x, at), m_x, fix_.noise_covariance());
     return true;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The contest strapdown: inertial samples at 100 Hz and fixes of GNSS (position and velocity) at 10 Hz, of a flight of
-/// examples/navigation. What is compared beside x and P: how far the estimates are from the truth.
+/// The contest strapdown: inertial samples at 100 Hz and fixes of GNSS (position and velocity) at 10 Hz, of a
+/// flight of examples/navigation. What is compared beside x and P: how far the estimates are from the truth.
 #pragma once
 
 #include <cmath>
@@ -24,8 +24,10 @@ struct Flight {
   std::vector<navigation::State<double>> truth;  ///< at the fixes
 
   explicit Flight(const Data& data)
-      : dt(data.number("dt")), every(static_cast<long>(data.number("every"))),
-        x0(data.row("x0").data()), P0(jml::Vector<double, 15>(data.row("P0_diagonal").data()).asDiagonal()),
+      : dt(data.number("dt")),
+        every(static_cast<long>(data.number("every"))),
+        x0(data.row("x0").data()),
+        P0(jml::Vector<double, 15>(data.row("P0_diagonal").data()).asDiagonal()),
         arm(data.row("arm").data()) {
     for (const auto& row : data.rows("imu")) inertial.emplace_back(row.data());
     for (const auto& row : data.rows("gnss")) fix.emplace_back(row.data());
@@ -33,7 +35,8 @@ struct Flight {
   }
 };
 
-/// A contender has `predict(sample, dt)`, `correct(fix)`: true where usable; `state()`, 16 numbers; `variance(i)`; `bytes()`.
+/// A contender has `predict(sample, dt)`, `correct(fix)`: true where usable; `state()`, 16 numbers;
+/// `variance(i)`; `bytes()`.
 template <typename Contender>
 class StrapdownJob : public Job {
  public:

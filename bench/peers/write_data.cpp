@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// write_data DIRECTORY: the data files that every contender reads, one a contest, from the models of tests/models.
+// write_data DIRECTORY: the data files that every contender reads, one a contest, from the models of
+// tests/models.
 #include <cstdio>
 #include <filesystem>
 #include <jml/campaign/noise.hpp>
@@ -63,10 +64,10 @@ void write_strapdown(File& file) {
   file.row("every", every);
   file.row("arm", gnss.place.arm);
   file.row("gravity", unit.gravity);
-  file.row("grade", jml::Vector<double, 4>(unit.grade.gyro_noise, unit.grade.force_noise, unit.grade.gyro_walk,
-                                           unit.grade.force_walk));
-  file.row("gnss_sigma", jml::Vector<double, 4>(gnss.place.horizontal, gnss.place.vertical, gnss.speed.horizontal,
-                                                gnss.speed.vertical));
+  file.row("grade", jml::Vector<double, 4>(unit.grade.gyro_noise, unit.grade.force_noise,
+                                           unit.grade.gyro_walk, unit.grade.force_walk));
+  file.row("gnss_sigma", jml::Vector<double, 4>(gnss.place.horizontal, gnss.place.vertical,
+                                                gnss.speed.horizontal, gnss.speed.vertical));
   file.row("x0", Space::plus(flight.truth.front(), jml::Vector<double, degrees>(-off)));
   file.row("P0_diagonal", sigma.cwiseAbs2());
   for (int k = 1; k <= flight.steps(); ++k) {
