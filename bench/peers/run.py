@@ -152,7 +152,7 @@ class Runner:
         return command, None
 
     def call(self, command, contest, steps, repeat):
-        data = os.path.join(self.data, contest.get("data", contest["name"]) + ".csv")
+        data = os.path.join(self.data, contest.get("data", contest["name"]).format(steps=contest["steps"]) + ".csv")
         environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
         try:
             done = run(command + [data, str(steps), str(repeat)], env=environment)
@@ -261,7 +261,7 @@ class Runner:
         if not steps or ("count" in contender and contender["count"] is None):
             return None
         counter = os.path.join(self.build, config["directory"], "count_instructions")
-        data = os.path.join(self.data, contest.get("data", contest["name"]) + ".csv")
+        data = os.path.join(self.data, contest.get("data", contest["name"]).format(steps=contest["steps"]) + ".csv")
         try:
             done = run([counter] + command + [data, str(steps), "count"], 300)
             few, many = (int(line) for line in done.stdout.split())
@@ -271,7 +271,9 @@ class Runner:
 
 
 def takes_part(contender, config):
-    return config["name"] in contender.get("only", {}).get("configs", [config["name"]])
+    only = contender.get("only", {})
+    return all(config[key] in only.get(plural, [config[key]])
+               for key, plural in (("name", "configs"), ("compiler", "compilers"), ("level", "levels")))
 
 
 def last_line(text):
