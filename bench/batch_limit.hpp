@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cmath>
+#include <jml/estimate.hpp>
 #include <models/van_der_pol.hpp>
 #include <vector>
 

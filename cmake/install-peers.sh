@@ -16,12 +16,16 @@ skip() {
 
 tools=(python3 python3-venv clang-19 gnuplot-nox binutils)
 peers=(
-  # interval peers: a line each, with the contenders that need it below
+  libceres-dev        # ceres, ceres_default
+  libsundials-dev     # cvode_by_hand, jml_cvode
+  librandom123-dev nlohmann-json3-dev libboost-dev libopenmpi-dev openmpi-bin   # scaling over threads and ranks
   libmrpt-bayes-dev   # mrpt_ekf
   liborocos-bfl-dev   # bfl_ekf
 )
 python_packages=(
   numpy==1.26.4 scipy==1.13.1 filterpy==1.4.5   # filterpy_ekf
+  gtsam==4.3.0      # gtsam, gtsam_lag, gtsam_lag_batch
+  casadi==3.8.2     # casadi_ipopt, casadi_ipopt_lag
 )
 
 if [[ $(id -u) -eq 0 ]]; then
@@ -54,10 +58,20 @@ fi
 venv=$directory/venv
 if [[ ! -x $venv/bin/python ]] && ! python3 -m venv "$venv" >"$directory/venv.log" 2>&1; then
   rm -rf "$venv"
-  skip filterpy_ekf "python3 -m venv failed, see venv.log"
+  for name in filterpy_ekf gtsam gtsam_lag gtsam_lag_batch casadi_ipopt casadi_ipopt_lag; do
+    skip "$name" "python3 -m venv failed, see venv.log"
+  done
 else
-  if ! "$venv/bin/python" -m pip install -q --disable-pip-version-check "${python_packages[@]}" >"$directory/pip.log" 2>&1; then
-    skip filterpy_ekf "pip could not install ${python_packages[*]}, see pip.log"
+  install_python() { "$venv/bin/python" -m pip install -q --disable-pip-version-check "$@" >>"$directory/pip.log" 2>&1; }
+  : >"$directory/pip.log"
+  if ! install_python "${python_packages[@]}"; then
+    for package in "${python_packages[@]}"; do  # one that cannot be had does not keep the others away
+      install_python "$package" || case $package in
+        filterpy*) skip filterpy_ekf "pip could not install $package, see pip.log" ;;
+        gtsam*) for name in gtsam gtsam_lag gtsam_lag_batch; do skip "$name" "pip could not install $package, see pip.log"; done ;;
+        casadi*) for name in casadi_ipopt casadi_ipopt_lag; do skip "$name" "pip could not install $package, see pip.log"; done ;;
+      esac
+    done
   fi
 fi
 

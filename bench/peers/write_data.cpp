@@ -9,6 +9,8 @@
 
 #include "../cases.hpp"
 
+void write_intervals(const std::filesystem::path& directory);  // interval/write_interval_data.cpp
+
 namespace {
 
 class File {
@@ -112,4 +114,5 @@ int main(int argc, char** argv) {
   }
   File strapdown(directory, "strapdown");
   write_strapdown(strapdown);
+  write_intervals(directory);
 }
