@@ -123,11 +123,11 @@ struct JointStep {
     kernel::assign(v.innovation, measurement_residual(sensor, y, measurement(sensor, x_1, at_y)));
     kernel::assign(v.m_x, measurement_jacobian(sensor, x_1, at_y));
     kernel::assign(v.weighted_innovation, R_factor.solve(v.innovation));
-    const Matrix<Scalar, n, p> m_xT = kernel::transposed(v.m_x);
-    Matrix<Scalar, n, p> fm;
-    kernel::product(kernel::transposed(v.f_x), m_xT, fm);  // f_xᵀ m_xᵀ
-    kernel::product(prior.P, fm, v.Pfm);                   // P f_xᵀ m_xᵀ
-    kernel::product(noise, m_xT, v.Cm);                    // C m_xᵀ
+    // By rows of m_x f_x: a transpose is stored number by number, and slow to load as columns.
+    Matrix<Scalar, p, n> mf;
+    kernel::product(v.m_x, v.f_x, mf);
+    kernel::product_transposed(prior.P, mf, v.Pfm);   // P f_xᵀ m_xᵀ
+    kernel::product_transposed(noise, v.m_x, v.Cm);  // C m_xᵀ
     X first, second;
     kernel::add_product<1>(prior.x, v.Pfm, v.weighted_innovation, first);  // x̂ + P f_xᵀ e
     kernel::add_product<1>(v.f, v.Cm, v.weighted_innovation, second);      // f(x_s) + G w̄ + C e
