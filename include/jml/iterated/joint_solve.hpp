@@ -131,17 +131,21 @@ JML_NOINLINE Root<Step> solve_joint_step(const Rule& rule, const Step& step,
   };
 
   const Root<Step>& begin = beginning_of(step, start);
-  // Made in its place: what the visit of the start just stored in pieces is slow to copy.
-  Root<Step> root = [&]() JML_INLINE -> Root<Step> {
-    if (options.method == Iteration::anderson)
-      return iterate<false>(rule, step, prediction, tolerance, begin);
-    if (options.method == Iteration::picard)
-      return iterate_as_printed(rule, step, prediction, tolerance, begin);
-    if (options.method == Iteration::none) return begin;
-    Root<Step> newton = polish(step, tolerance, options.max_iterations, begin);
-    newton.solver = Solver::newton;
-    return newton;
-  }();
+  Root<Step> root = begin;
+  switch (options.method) {
+    case Iteration::anderson:
+      root = iterate<false>(rule, step, prediction, tolerance, begin);
+      break;
+    case Iteration::picard:
+      root = iterate_as_printed(rule, step, prediction, tolerance, begin);
+      break;
+    case Iteration::newton:
+      root = polish(step, tolerance, options.max_iterations, begin);
+      root.solver = Solver::newton;
+      break;
+    case Iteration::none:
+      break;
+  }
   judge_cost(root);
   const bool alone = looks_here_alone(step);
   const bool took_long = root.stalled ? root.iterations > 12 : root.iterations > 7 || !usable(root.status);
