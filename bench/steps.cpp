@@ -7,6 +7,7 @@
 #include <string>
 
 #include "cases.hpp"
+#include "iterated_limit.hpp"
 #include "limit.hpp"
 
 namespace {
@@ -44,6 +45,38 @@ void limit_step(benchmark::State& state, const Case& c) {
       limit::ekf_step<n, p>(c.dynamics, c.sensor, noise, R, c.y[i], estimate);
     else
       limit::jml_step<n, p>(c.dynamics, c.sensor, noise, R, c.y[i], estimate);
+    benchmark::DoNotOptimize(estimate);
+    i = (i + 1) % 64;
+  }
+}
+
+/// The exact step by hand: the same sweeps, and the SDC matrices of P that the rule has.
+template <typename Case, typename Iterated>
+void iterated_limit_step(benchmark::State& state, const Case& c, const Iterated& iterated) {
+  constexpr int n = Case::n, p = Case::p;
+  limit::State<n> estimate;
+  Eigen::Map<jml::Vector<double, n>>(estimate.x) = c.start.x;
+  limit::copy(c.start.P, estimate.P);
+  limit::Square<n> noise;
+  limit::Square<p> R, R_inverse;
+  const jml::StepContext<double> at{};
+  const bool valid = jml::ProcessNoise<double, decltype(c.dynamics)>(c.dynamics)
+                         .with(c.dynamics, c.start.x, at, [&](const auto& GQG) { limit::copy(GQG, noise); });
+  if (!valid) state.SkipWithError("Q is no covariance");
+  const jml::Matrix<double, p, p> given = c.sensor.noise_covariance();
+  limit::copy(given, R);
+  limit::copy(jml::Matrix<double, p, p>(given.llt().solve(jml::Matrix<double, p, p>::Identity())), R_inverse);
+  const auto F = [&](const auto& d, const auto& x, const auto& about) {
+    return jml::dynamics_slot<jml::Slot::sdc>(iterated.inner, d, x, about, at);
+  };
+  const auto M = [&](const auto& s, const auto& x, const auto& about) {
+    return jml::sensor_slot<jml::Slot::sdc>(iterated.inner, s, x, about, at);
+  };
+  int i = 0;
+  for (auto _ : state) {
+    const int sweeps = limit::iterated_step<n, p>(c.dynamics, c.sensor, noise, R, R_inverse, c.y[i],
+                                                  iterated.options.tolerance, F, M, estimate);
+    if (sweeps < 0) state.SkipWithError("not converged");
     benchmark::DoNotOptimize(estimate);
     i = (i + 1) % 64;
   }
@@ -89,6 +122,7 @@ void register_case(const std::string& size, const Case& c, const Iterated& itera
   add("factored_ekf_step/", [c](benchmark::State& s) { library_step(s, jml::Factored{jml::Ekf{}}, c); });
   add("jml_limit_step/", [c](benchmark::State& s) { limit_step<false>(s, c); });
   add("jml_step/", [c](benchmark::State& s) { library_step(s, jml::Jml{}, c); });
+  add("iterated_limit_step/", [c, iterated](benchmark::State& s) { iterated_limit_step(s, c, iterated); });
   add("iterated_jml_step/", [c, iterated](benchmark::State& s) { library_step(s, iterated, c); });
 }
 

@@ -121,24 +121,29 @@ struct JointStep {
 
   JML_INLINE bool visit(const Z& z, Visit& v) const {
     const X x_s = smoothed(z), x_1 = next(z);
-    kernel::assign(v.f, dynamics(dynamics_model, x_s, at));
-    if constexpr (has_disturbance_mean<D, X, At>()) v.f += mean_effect;
-    kernel::assign(v.f_x, dynamics_jacobian(dynamics_model, x_s, at));
+    X f;
+    kernel::assign(f, dynamics(dynamics_model, x_s, at));
+    if constexpr (has_disturbance_mean<D, X, At>()) f += mean_effect;
+    // What a model returns is stored number by number, and slow to load as columns: it is used where it was
+    // made, by its numbers, and copied last. Nor is there a transpose, which is stored like that too.
+    const Matrix<Scalar, n, n> f_x = dynamics_jacobian(dynamics_model, x_s, at);
     kernel::assign(v.innovation, measurement_residual(sensor, y, measurement(sensor, x_1, at_y)));
-    kernel::assign(v.m_x, measurement_jacobian(sensor, x_1, at_y));
+    const Matrix<Scalar, p, n> m_x = measurement_jacobian(sensor, x_1, at_y);
     kernel::assign(v.weighted_innovation, R_factor.solve(v.innovation));
-    const Matrix<Scalar, n, p> m_xT = kernel::transposed(v.m_x);
-    Matrix<Scalar, n, p> fm;
-    kernel::product(kernel::transposed(v.f_x), m_xT, fm);  // f_xᵀ m_xᵀ
-    kernel::product(prior.P, fm, v.Pfm);                   // P f_xᵀ m_xᵀ
-    kernel::product(noise, m_xT, v.Cm);                    // C m_xᵀ
+    Matrix<Scalar, p, n> mf;
+    kernel::product(m_x, f_x, mf);
+    kernel::product_transposed(prior.P, mf, v.Pfm);  // P f_xᵀ m_xᵀ
+    kernel::product_transposed(noise, m_x, v.Cm);    // C m_xᵀ
     X first, second;
     kernel::add_product<1>(prior.x, v.Pfm, v.weighted_innovation, first);  // x̂ + P f_xᵀ e
-    kernel::add_product<1>(v.f, v.Cm, v.weighted_innovation, second);      // f(x_s) + G w̄ + C e
+    kernel::add_product<1>(f, v.Cm, v.weighted_innovation, second);        // f(x_s) + G w̄ + C e
     kernel::repeat<n>([&](int i) JML_INLINE {
       v.residual(i) = first(i) - x_s(i);
       v.residual(n + i) = second(i) - x_1(i);
     });
+    kernel::assign(v.f, f);
+    kernel::assign(v.f_x, f_x);
+    kernel::assign(v.m_x, m_x);
     return all_finite(v.residual);
   }
 
