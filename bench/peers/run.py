@@ -283,8 +283,10 @@ def last_line(text):
 
 def difference(a, b):
     """Largest difference, relative to the norm of b."""
-    if not a or not b or len(a) != len(b):
+    if not a and not b:
         return None
+    if not a or not b or len(a) != len(b):
+        return math.inf
     norm = math.sqrt(sum(value * value for value in b))
     return max(abs(u - v) if math.isfinite(u - v) else math.inf for u, v in zip(a, b)) / max(norm, 1e-300)
 
