@@ -116,7 +116,7 @@ struct BothInDigits {
   X beside = kernel::zeros<X>();
   bool follows = false;  // the nominal is a trajectory too, and no guess
 
-  explicit BothInDigits(const FactoredBelief<Scalar, n>& start) : digits(start), nominal(digits) {}
+  explicit BothInDigits(const auto& store) : digits(store.start()), nominal(digits) {}
   template <typename Prior>
   void begin(const Prior& prior, int now, int next, bool infeasible, X& x) {
     follows = !infeasible;

@@ -20,6 +20,7 @@ class Sweep {
   using Scalar = typename Store::Number;
   static constexpr int n = states_of<D>, q = DynamicsTraits<D>::disturbances;
   using X = Vector<Scalar, n>;
+  static constexpr bool by_digits = DynamicsTraits<D>::linear && requires(const Store& s) { s.start(); };
 
  public:
   explicit Sweep(Store& store, const Loss& loss) : store_(store), loss_(loss) {}
@@ -115,7 +116,7 @@ class Sweep {
   /// Forward along the law into the other trajectory. Returns its J, and |δ|² of the whitened step; NaN where
   /// a number is not finite.
   [[nodiscard]] Scalar forward(bool infeasible, Scalar& step) {
-    if constexpr (DynamicsTraits<D>::linear) {
+    if constexpr (by_digits) {
       if (AllDigits<D, Scalar>::known(store_.start())) return forward_in_two(infeasible, step);
     }
     return forward_by<false>(infeasible, step);
@@ -197,7 +198,7 @@ class Sweep {
     Scalar moved = kernel::squared_norm(prior.law);
     X x;
     kernel::add_product<1>(prior.x, prior.L, prior.a[next], x);  // x_0 = x̂_0 + L a
-    [[maybe_unused]] std::conditional_t<in_two, BothInDigits<D, Scalar>, NotInDigits> both(store_.start());
+    [[maybe_unused]] std::conditional_t<in_two, BothInDigits<D, Scalar>, NotInDigits> both(store_);
     if constexpr (in_two) both.begin(prior, now, next, infeasible, x);
     for (int j = 0;; ++j) {
       auto& node = store_.node(j);
@@ -237,7 +238,8 @@ class Sweep {
 
   /// The nominal begins at x̂_0 + L a in more digits than it is kept in.
   [[nodiscard]] bool follows_exactly(bool infeasible) const {
-    return !infeasible && AllDigits<D, Scalar>::known(store_.start());
+    if constexpr (by_digits) return !infeasible && AllDigits<D, Scalar>::known(store_.start());
+    return false;
   }
 
   JML_NOINLINE bool at_prior(bool infeasible, bool bent, Scalar damping, const CostToGo<Scalar, n>& v,
