@@ -11,9 +11,9 @@ namespace {
 using namespace rounding;
 
 template <int n, int p>
-void fly_each(const Problem& problem, Tally& tally, bool lag = true) {
+void fly_each(const Problem& problem, Tally& tally) {
   const Flight flight(problem);
-  if (lag) tally.add(Form::fixed_lag, problem, fly_fixed_lag<double, n, p>(problem, flight), false);
+  tally.add(Form::fixed_lag, problem, fly_fixed_lag<double, n, p>(problem, flight), false);
   tally.add(Form::batch, problem, fly_batch<double, n, p>(problem, flight), false);
   tally.add(Form::smoother, problem, fly_smoother<double, n, p>(problem, flight), false);
 }
@@ -96,25 +96,19 @@ TEST(IntervalGenerator, OnceWrongWhereAStateIsKnown) {
   }
 }
 
-// All of that kind (rounding/known_states.hpp): of 600 with two states 138 batches and 50 smoothers were wrong. A
-// window is right where nothing moves its states but F; where some of them are known, and others not, it is not yet.
+// All of that kind (rounding/known_states.hpp): of 600 with two states 143 windows, 138 batches and 50 smoothers were
+// wrong.
 TEST(IntervalGenerator, KnownStatesOfExpandingModels) {
   Tally tally;
   for (std::uint64_t number = 0; number < 200; ++number) {
-    with_size(number, [&]<int n, int p>() {
-      const Problem problem = make_known_states(number, n, p, false);
-      const auto zero = [](double v) { return v == 0; };
-      const bool known = std::all_of(problem.P0.begin(), problem.P0.end(), zero) &&
-                         std::all_of(problem.Q.begin(), problem.Q.end(), zero);
-      fly_each<n, p>(problem, tally, known);
-    });
+    with_size(number, [&]<int n, int p>() { fly_each<n, p>(make_known_states(number, n, p, false), tally); });
   }
   for (const Form form : {Form::fixed_lag, Form::batch, Form::smoother}) {
     tally.print(form, false);
     tally.print_wrong(form, false);
     const auto all = tally.total(form, false);
     EXPECT_EQ(all.wrong(), 0) << name_of(form);
-    EXPECT_GT(all.problems - all.refused, form == Form::fixed_lag ? 5 : 30) << name_of(form);
+    EXPECT_GT(all.problems - all.refused, 30) << name_of(form);
   }
 }
 

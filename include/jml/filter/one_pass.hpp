@@ -221,7 +221,7 @@ struct OnePass : Rule_ {
   [[nodiscard]] Status start(const Model& model, const Estimate<Scalar, m>& given, Belief& belief) const {
     static_assert(m == Belief::states, "jml: the estimate has not as many states as the dynamics");
     belief = Belief(given);
-    if constexpr (requires { belief.extended; }) {
+    if constexpr (requires { belief.exact; }) {
       belief.exact = true;
       belief.extended = detail::is_affine<Model>() && detail::better_known_than_rounding(given.x, given.P);
     }

@@ -10,31 +10,25 @@
 
 namespace jml::detail {
 
-/// The store of an interval is a window.
-template <typename Store>
-inline constexpr bool slides = requires { Store::longest; };
-
 /// What Scalar does not hold of the state at a node of linear dynamics. Nothing where the start is known to
 /// no more digits than Scalar has.
 template <typename D, typename Scalar>
 struct AllDigits {
   static constexpr int n = states_of<D>;
   using X = Vector<Scalar, n>;
-  bool any = false;
   X low = kernel::zeros<X>();
 
-  /// `slides`: of a window. What moves its start by an ulp between two of its minimisations tells in J,
-  /// unless all of it is known exactly.
-  AllDigits(const FactoredBelief<Scalar, n>& start, bool slides) {
+  explicit AllDigits(const FactoredBelief<Scalar, n>& start) {
+    if (known(start)) low = start.x_low;
+  }
+  /// An ε of some state of the start is no small part of its deviation.
+  [[nodiscard]] static bool known(const FactoredBelief<Scalar, n>& start) {
+    bool tell = false;
     if constexpr (DynamicsTraits<D>::linear) {
-      bool known = true;
-      for (int i = 0; i < n; ++i) {
-        any = any || low_digits_tell(std::numeric_limits<Scalar>::epsilon() * start.x(i), start.D(i));
-        known = known && start.D(i) == Scalar(0);
-      }
-      any = any && (known || !slides);
-      if (any) low = start.x_low;
+      for (int i = 0; i < n; ++i)
+        tell = tell || low_digits_tell(std::numeric_limits<Scalar>::epsilon() * start.x(i), start.D(i));
     }
+    return tell;
   }
 
   /// x_0 = x̂_0 + L a, into x.
@@ -62,21 +56,83 @@ struct AllDigits {
     }
   }
   /// The state of the last node, from x_0 on: nodes hold upper parts alone.
-  template <typename Store>
-  [[nodiscard]] JML_RARE X follow(const Store& store, const X& start, const Matrix<Scalar, n, n>& L,
-                                  const X& a) {
-    X before, after;
-    begin(start, L, a, before);
-    for (int j = 1; j <= store.last(); ++j, before = after)
-      move(store, j, store.node(j).b[store.now()], before, after);
-    return before;
+  template <typename Store, typename Prior>
+  [[nodiscard]] static JML_RARE X last(const Store& store, const Prior& prior) {
+    AllDigits digits(store.start());
+    X before, x;
+    digits.begin(prior.x, prior.L, prior.a[static_cast<std::size_t>(store.now())], x);
+    for (int j = 1; j <= store.last(); ++j) {
+      before = x;
+      digits.move(store, j, store.node(j).b[store.now()], before, x);
+    }
+    return x;
+  }
+  /// a of node 0, as Prior::coordinates() has it, of a window with `L` that has slid: it was node 1 of the
+  /// one that began at `start` with `prior`.
+  template <typename Store, typename Prior>
+  [[nodiscard]] static JML_RARE X arrived(const Store& store, const FactoredBelief<Scalar, n>& start,
+                                          const Prior& prior, const Matrix<Scalar, n, n>& L) {
+    using T = Extended<Scalar>;
+    const AllDigits mean(store.start());
+    AllDigits digits(start);
+    X before, x, a;
+    digits.begin(prior.x, prior.L, prior.a[static_cast<std::size_t>(store.now())], before);
+    digits.move(store, 0, store.node(0).b[store.now()], before, x);
+    T rest[n];
+    for (int i = 0; i < n; ++i) rest[i] = digits.left(x, store.start().x, mean, i);
+    for (int j = n - 1; j >= 0; --j) {
+      a(j) = L(j, j) > Scalar(0) ? in_two<Scalar>(rest[j]).high / L(j, j) : Scalar(0);
+      for (int i = 0; i < j; ++i) rest[i] = rest[i] - T(L(i, j)) * T(a(j));
+    }
+    return a;
+  }
+  /// x - `other`, whose lower part is that of `digits`.
+  [[nodiscard]] JML_RARE X off(const X& x, const X& other, const AllDigits& digits) const {
+    X out;
+    for (int i = 0; i < n; ++i) out(i) = in_two<Scalar>(left(x, other, digits, i)).high;
+    return out;
   }
 
  private:
+  Extended<Scalar> left(const X& x, const X& other, const AllDigits& digits, int i) const {
+    return as_one(x(i), low(i)) - as_one(other(i), digits.low(i));
+  }
   void keep(int i, const Extended<Scalar>& value, X& x) {
     const auto parts = in_two<Scalar>(value);
     x(i) = parts.high;
     low(i) = parts.low;
+  }
+};
+
+/// In place of BothInDigits.
+struct NotInDigits {
+  explicit NotInDigits(const auto&) {}
+};
+/// A trajectory and the nominal that it is led along, side by side.
+template <typename D, typename Scalar>
+struct BothInDigits {
+  static constexpr int n = states_of<D>;
+  using X = Vector<Scalar, n>;
+  AllDigits<D, Scalar> digits, nominal;
+  X beside = kernel::zeros<X>();
+  bool follows = false;  // the nominal is a trajectory too, and no guess
+
+  explicit BothInDigits(const auto& store) : digits(store.start()), nominal(digits) {}
+  template <typename Prior>
+  void begin(const Prior& prior, int now, int next, bool infeasible, X& x) {
+    follows = !infeasible;
+    digits.begin(prior.x, prior.L, prior.a[static_cast<std::size_t>(next)], x);
+    if (follows) nominal.begin(prior.x, prior.L, prior.a[static_cast<std::size_t>(now)], beside);
+  }
+  /// x - x̃.
+  void off(const X& x, X& out) const {
+    if (follows) out = digits.off(x, beside, nominal);
+  }
+  template <typename Store, int q>
+  void move(const Store& store, int j, const Vector<Scalar, q>& b, const Vector<Scalar, q>& nominal_b,
+            const X& before, X& x) {
+    digits.move(store, j, b, before, x);
+    if (follows) nominal.move(store, j, nominal_b, X(beside), beside);
   }
 };
 

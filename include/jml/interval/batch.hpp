@@ -193,7 +193,7 @@ class Batch : public Filter<Recorder<List>, D, Scalar_> {
       report = start == Start::given ? minimise() : solve_at(start == Start::filter ? 0 : 1);
     // An ε of a start known to more digits than Scalar has is no small part of a deviation.
     if (report.status == Status::accepted_at_rounding && report.step > detail::plain_error<Scalar> / 10 &&
-        detail::AllDigits<typename Store::Dynamics, Scalar>(store().start(), false).any)
+        detail::AllDigits<typename Store::Dynamics, Scalar>::known(store().start()))
       report.status = Status::accuracy_not_met;
     for (int j = 0; j <= steps(); ++j) {
       const auto at = end_of(store().node(j).at());

@@ -13,7 +13,7 @@
 #include <jml/filter/one_pass.hpp>
 #include <jml/filter/when.hpp>
 #include <jml/interval/fineness.hpp>
-#include <jml/interval/minimise.hpp>
+#include <jml/interval/minimise_window.hpp>
 #include <jml/interval/window.hpp>
 
 namespace jml {
@@ -57,9 +57,10 @@ struct LagReport : Report<Scalar, p> {
 ///     const auto report = filter.step(SaturatingPosition{}, y);     // filter.x(), .x(age), .P(age)
 ///     const auto late = filter.update(radar, y, jml::at_time(t));   // or jml::age(7): taken then, here now
 ///
-/// Of a linear model x is right to 1e-6 of a deviation and 64 ε of the largest state of the window: each is f
-/// of the one before, in the digits of Scalar, also where P is singular and there is no deviation to compare
-/// with.
+/// Of a linear model x is right to 1e-6 of a deviation and 64 ε of the largest state of the window, also
+/// where P is singular and there is no deviation to compare with. Each is f of the one before, in the digits
+/// of Scalar; where the window begins with a state that is known better than they say, in twice the digits,
+/// and swept to 1e-7 of a deviation whatever `sweeps` is, or refused: accuracy_not_met.
 ///
 /// length: steps in the window. measurements: room for that many of each sensor type at each node. Ages count
 /// steps back from the newest state, 0 … filter.depth(). Static memory, no heap, no exceptions.
@@ -195,7 +196,7 @@ struct FixedLag {
     if constexpr (detail::KeepsWithin<Belief>)
       return window.minimise(effort());
     else
-      return detail::minimise(window, effort(), true, once<Belief>());
+      return detail::minimise_window(window, effort(), once<Belief>());
   }
   /// Noise is frozen where it was first met; in charts as long as it moves, for it may enter in any way.
   template <typename Belief>

@@ -87,17 +87,24 @@ template <typename Store, typename Scalar, int n>
   }
   return move_in_two(A, root.B, x, belief);
 }
+/// The same, x in twice the digits.
 template <typename Store, typename Scalar, int n>
-[[nodiscard]] bool linearised_step(const Store& store, int j, FactoredBelief<Scalar, n>& belief) {
-  AllDigits<typename Store::Dynamics, Scalar> digits(belief, slides<Store>);
+JML_RARE bool linearised_step_in_two(const Store& store, int j, FactoredBelief<Scalar, n>& belief) {
+  AllDigits<typename Store::Dynamics, Scalar> digits(belief);
   const Vector<Scalar, n> before = belief.x;
   if (!linearised_move(store, j, belief)) return false;
-  if (digits.any) {
-    constexpr int q = NoiseRoot<Scalar, typename Store::Dynamics>::q;
-    digits.move(store, j, kernel::zeros<Vector<Scalar, q>>(), before, belief.x);
-    belief.x_low = digits.low;
-  }
+  constexpr int q = NoiseRoot<Scalar, typename Store::Dynamics>::q;
+  digits.move(store, j, kernel::zeros<Vector<Scalar, q>>(), before, belief.x);
+  belief.x_low = digits.low;
   return true;
+}
+template <typename Store, typename Scalar, int n>
+[[nodiscard]] bool linearised_step(const Store& store, int j, FactoredBelief<Scalar, n>& belief) {
+  using D = typename Store::Dynamics;
+  if constexpr (DynamicsTraits<D>::linear) {
+    if (AllDigits<D, Scalar>::known(belief)) return linearised_step_in_two(store, j, belief);
+  }
+  return linearised_move(store, j, belief);
 }
 
 /// Corrects `belief` with the measurements of node j; false where one would lose its covariance, and is left

@@ -21,6 +21,7 @@ class Sweep {
   using Scalar = typename Store::Number;
   static constexpr int n = states_of<D>, q = DynamicsTraits<D>::disturbances;
   using X = Vector<Scalar, n>;
+  static constexpr bool by_digits = DynamicsTraits<D>::linear && requires(const Store& s) { s.start(); };
 
  public:
   explicit Sweep(Store& store, const Loss& loss) : store_(store), loss_(loss) {}
@@ -116,47 +117,10 @@ class Sweep {
   /// Forward along the law into the other trajectory. Returns its J, and |δ|² of the whitened step; NaN where
   /// a number is not finite.
   [[nodiscard]] Scalar forward(bool infeasible, Scalar& step) {
-    const int now = store_.now(), next = store_.next();
-    const Loss loss = loss_;
-    auto& prior = store_.prior();
-    prior.a[next] = infeasible ? prior.law : X(prior.a[now] + prior.law);
-    Scalar cost = prior.squared_norm(next) / Scalar(2);
-    Scalar moved = kernel::squared_norm(prior.law);
-    AllDigits<D, Scalar> digits(store_.start(), slides<Store>);
-    X x;
-    kernel::add_product<1>(prior.x, prior.L, prior.a[next], x);  // x_0 = x̂_0 + L a
-    if (digits.any) digits.begin(prior.x, prior.L, prior.a[next], x);
-    for (int j = 0;; ++j) {
-      auto& node = store_.node(j);
-      kernel::assign(node.x[next], x);
-      store_.visit(
-          j, [&](const auto& record) JML_INLINE { cost += record_cost(record, loss, x, end_of(node.at())); });
-      if (j == store_.last()) break;
-      auto& following = store_.node(j + 1);
-      X off;
-      kernel::add_scaled(off, x, Scalar(-1), node.x[now]);
-      // b̃ + k first: it does not wait for x.
-      Vector<Scalar, q> nominal = kernel::zeros<Vector<Scalar, q>>(), start, b;
-      if (!infeasible) kernel::assign(nominal, following.b[now]);
-      kernel::add_scaled(start, nominal, Scalar(1), following.law.offset);
-      kernel::add_product<1>(start, following.law.gain, off, b);  // b = b̃ + k + K (x - x̃)
-      kernel::repeat<q>([&](int i) JML_INLINE { moved += (b(i) - nominal(i)) * (b(i) - nominal(i)); });
-      kernel::assign(following.b[next], b);
-      kernel::repeat<q>([&](int i) JML_INLINE { cost += b(i) * b(i) / Scalar(2); });
-      if constexpr (WeighsDisturbances<Store>) cost += store_.disturbance_term(j + 1, b).cost;
-      const auto& root = store_.root(j + 1);
-      X f;
-      kernel::assign(f, dynamics(store_.dynamics(), x, following.at()));
-      if constexpr (NoiseRoot<Scalar, D>::has_mean) f += root.mean_effect;
-      kernel::add_product<1>(f, root.B, b, x);  // x⁺ = f + G w̄ + B b
-      if (digits.any) digits.move(store_, j + 1, b, node.x[next], x);
+    if constexpr (by_digits) {
+      if (AllDigits<D, Scalar>::known(store_.start())) return forward_in_two(infeasible, step);
     }
-    if (const Terminal<Scalar, n>* end = store_.terminal()) {
-      const X off = x - end->target;
-      cost += kernel::dot(off, X(end->weight * off)) / Scalar(2);
-    }
-    step = moved;
-    return all_finite(x) ? cost : std::numeric_limits<Scalar>::quiet_NaN();
+    return forward_by<false>(infeasible, step);
   }
 
   /// The trajectory without disturbances from x̂_0, into the other one. Returns its J as forward() does.
@@ -224,10 +188,59 @@ class Sweep {
   }
 
  private:
-  /// The nominal begins at x̂_0 + L a in more digits than it is kept in. Not that of a window: its x_0 is a
-  /// node of the one before.
+  /// `in_two`: the states in twice the digits.
+  template <bool in_two>
+  [[nodiscard]] JML_INLINE Scalar forward_by(bool infeasible, Scalar& step) {
+    const int now = store_.now(), next = store_.next();
+    const Loss loss = loss_;
+    auto& prior = store_.prior();
+    prior.a[next] = infeasible ? prior.law : X(prior.a[now] + prior.law);
+    Scalar cost = prior.squared_norm(next) / Scalar(2);
+    Scalar moved = kernel::squared_norm(prior.law);
+    X x;
+    kernel::add_product<1>(prior.x, prior.L, prior.a[next], x);  // x_0 = x̂_0 + L a
+    [[maybe_unused]] std::conditional_t<in_two, BothInDigits<D, Scalar>, NotInDigits> both(store_);
+    if constexpr (in_two) both.begin(prior, now, next, infeasible, x);
+    for (int j = 0;; ++j) {
+      auto& node = store_.node(j);
+      kernel::assign(node.x[next], x);
+      store_.visit(
+          j, [&](const auto& record) JML_INLINE { cost += record_cost(record, loss, x, end_of(node.at())); });
+      if (j == store_.last()) break;
+      auto& following = store_.node(j + 1);
+      X off;
+      kernel::add_scaled(off, x, Scalar(-1), node.x[now]);
+      if constexpr (in_two) both.off(x, off);
+      // b̃ + k first: it does not wait for x.
+      Vector<Scalar, q> nominal = kernel::zeros<Vector<Scalar, q>>(), start, b;
+      if (!infeasible) kernel::assign(nominal, following.b[now]);
+      kernel::add_scaled(start, nominal, Scalar(1), following.law.offset);
+      kernel::add_product<1>(start, following.law.gain, off, b);  // b = b̃ + k + K (x - x̃)
+      kernel::repeat<q>([&](int i) JML_INLINE { moved += (b(i) - nominal(i)) * (b(i) - nominal(i)); });
+      kernel::assign(following.b[next], b);
+      kernel::repeat<q>([&](int i) JML_INLINE { cost += b(i) * b(i) / Scalar(2); });
+      if constexpr (WeighsDisturbances<Store>) cost += store_.disturbance_term(j + 1, b).cost;
+      const auto& root = store_.root(j + 1);
+      X f;
+      kernel::assign(f, dynamics(store_.dynamics(), x, following.at()));
+      if constexpr (NoiseRoot<Scalar, D>::has_mean) f += root.mean_effect;
+      kernel::add_product<1>(f, root.B, b, x);  // x⁺ = f + G w̄ + B b
+      if constexpr (in_two) both.move(store_, j + 1, b, nominal, node.x[next], x);
+    }
+    if (const Terminal<Scalar, n>* end = store_.terminal()) {
+      const X off = x - end->target;
+      cost += kernel::dot(off, X(end->weight * off)) / Scalar(2);
+    }
+    step = moved;
+    return all_finite(x) ? cost : std::numeric_limits<Scalar>::quiet_NaN();
+  }
+
+  JML_RARE Scalar forward_in_two(bool infeasible, Scalar& step) { return forward_by<true>(infeasible, step); }
+
+  /// The nominal begins at x̂_0 + L a in more digits than it is kept in.
   [[nodiscard]] bool follows_exactly(bool infeasible) const {
-    return !slides<Store> && !infeasible && AllDigits<D, Scalar>(store_.start(), false).any;
+    if constexpr (by_digits) return !infeasible && AllDigits<D, Scalar>::known(store_.start());
+    return false;
   }
 
   JML_NOINLINE bool at_prior(bool infeasible, bool bent, Scalar damping, const CostToGo<Scalar, n>& v,

@@ -98,8 +98,7 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
   /// `leave(j, arrival)`: at node 0 before it moves, and at node 1 after it has.
   template <typename Leave = Nothing>
   bool slide(const Loss& loss, [[maybe_unused]] const Leave& leave = {}) {
-    saved_.first = first_;
-    saved_.last = last_;
+    saved_.first = first_, saved_.last = last_;
     slid_ = last_ == length;
     if (!slid_) return true;
     saved_.prior = prior_;
@@ -111,13 +110,14 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
     valid = valid && linearised_correction(*this, 1, loss, arrival_);
     if (!valid) {
       commit(arrival_, saved_.arrival);
-      slid_ = false;
-      return false;
+      return slid_ = false;
     }
     first_ = place(1);
     --last_;
     node(0).count = {};
     arrive();
+    if (AllDigits<D, Scalar>::known(arrival_))
+      prior_.a[now_] = AllDigits<D, Scalar>::arrived(*this, saved_.arrival, saved_.prior, prior_.L);
     return true;
   }
   /// A node after the last, at the prediction; or why it would be none.
@@ -130,8 +130,7 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
       if (!fresh.noise.form(dynamics_, x, at)) return Status::invalid_disturbance_covariance;
     }
     fresh.x[now_] = jml::dynamics(dynamics_, x, at) + root(last_).mean_effect;
-    AllDigits<D, Scalar> digits(arrival_, true);
-    if (digits.any) fresh.x[now_] = digits.follow(*this, prior_.x, prior_.L, prior_.a[now_]);
+    if (AllDigits<D, Scalar>::known(arrival_)) fresh.x[now_] = AllDigits<D, Scalar>::last(*this, prior_);
     return all_finite(fresh.x[now_]) && all_finite(step_jacobian(*this, last_)) ? Status::ok
                                                                                 : Status::dynamics_not_finite;
   }
@@ -281,7 +280,7 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
   Root root_;  // where it is constant
   Prior<Scalar, n, 3> prior_;
   FactoredBelief<Scalar, n> arrival_{};  // the prior, by factors
-  int first_ = 0, last_ = 0, now_ = 0;
+  int first_ = 0, last_ = 0, now_ = 0, kept_ = 0, before_ = 0;
   std::array<WindowNode, static_cast<std::size_t>(size)> nodes_{};
   struct Saved {
     Prior<Scalar, n, 3> prior;
@@ -291,7 +290,6 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
   };
   Saved saved_{};
   bool slid_ = false;
-  int kept_ = 0, before_ = 0;
   WindowNode split_{};
   [[no_unique_address]] typename FrozenNodes<in_charts, size, PlainNode, Slots<S>...>::type frozen_{};
   Loss loss_{};
