@@ -83,6 +83,7 @@ int main() {
               more.value, more.low, more.high);
   // [/difference]
 
+  std::remove("half.journal");
   // [parts]
   // On one machine of two: the first 64 of the campaign's 128 blocks of runs. On the other: .first = 64.
   campaign.options.count = 64;

@@ -3,6 +3,8 @@
 // smoother, and the window of a fixed lag. In double; the long run (covariance_generator.cpp) has float too.
 #include <gtest/gtest.h>
 
+#include <jml/filter/way_out.hpp>
+
 #include "rounding/known_states.hpp"
 #include "rounding/tally.hpp"
 
@@ -140,6 +142,23 @@ TEST(IntervalGenerator, S10LevelSlopeAndSeasons) {
   for (int k = 1; k < 60; ++k) ASSERT_EQ(smoother.step(row, y(k)).status, jml::Status::ok) << k;
   ASSERT_EQ(smoother.smooth(), jml::Status::ok);
   EXPECT_NEAR(smoother.P(0)(1, 1), 0.0224358, 1e-7);
+}
+
+// What the x of a window lacks has no place in one that begins anew at its present: where that tells, it does not.
+TEST(IntervalGenerator, AWindowThatIsKnownExactlyIsNotBegunAnewWithLess) {
+  Dynamics<double, 2> drift;
+  drift.F << 2, 3.1, 0, 1 - 12345679 * 0x1p-26;
+  drift.G.setZero();
+  drift.Q.setIdentity();
+  const jml::Estimate<double, 2> start{jml::Vector<double, 2>(-3.1 / (1 + 12345679 * 0x1p-26), 1),
+                                       jml::Matrix<double, 2, 2>::Zero()};
+  jml::Filter lag{jml::FixedLag<4, 2>{{.tolerance = 1e-9}}, drift, sensor_list<double, 2, 1>(), start};
+  for (int k = 0; k < 10; ++k) ASSERT_EQ(lag.predict(), jml::Status::ok) << k;
+  const auto x = lag.x();
+  EXPECT_EQ(lag.inflate({0, 0}), jml::Status::accuracy_not_met);
+  EXPECT_EQ(lag.x(), x);
+  EXPECT_EQ(lag.inflate({1, 1}), jml::Status::ok);  // an ε is nothing beside that
+  EXPECT_EQ(lag.x(), x);
 }
 
 // A measurement of 1 to 1e-17: the nodes of a window or a batch have no such digits, and say so. A filter has, whose

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The cases that the plain form was known to get wrong, each by its numbers: a prior far above the noise, a long
-// coast, a sum that is known before it moves, and two rows that are nearly one.
+// The cases that the plain form was known to get wrong, each by its numbers: a prior far above the noise, a
+// long coast, a sum that is known before it moves, and two rows that are nearly one.
 #include <gtest/gtest.h>
+
+#include <jml/filter/way_out.hpp>
 
 #include "rounding/contestants.hpp"
 
@@ -59,7 +61,8 @@ void expect_mean_of_four(Scalar p0, Scalar r) {
   with_each_form([&](auto method) {
     jml::Filter filter{method, Drift<Scalar, 1>{}, jml::Estimate<Scalar, 1>{Scalar(0), p0}};
     const Sensor<Scalar, 1, 1> x{Matrix<Scalar, 1, 1>(1), Matrix<Scalar, 1, 1>(r)};
-    for (const int y : {10, 11, 12, 13}) ASSERT_TRUE(jml::usable(filter.step(x, static_cast<Scalar>(y)).status));
+    for (const int y : {10, 11, 12, 13})
+      ASSERT_TRUE(jml::usable(filter.step(x, static_cast<Scalar>(y)).status));
     EXPECT_NEAR(static_cast<double>(filter.x()(0)), 11.5, 1e-5);
     EXPECT_NEAR(static_cast<double>(filter.P()(0, 0) / r), 0.25, 1e-6);
   });
@@ -71,7 +74,9 @@ TEST(NamedCases, LongCoast) {
   with_each_form([](auto method) {
     Drift<double, 2> drift;
     drift.F << 1, 0.1, 0, 1;
-    jml::Filter filter{method, drift, jml::Estimate<double, 2>{jml::Vector<double, 2>(0, 0), 1e6 * Matrix<double, 2, 2>::Identity()}};
+    jml::Filter filter{
+        method, drift,
+        jml::Estimate<double, 2>{jml::Vector<double, 2>(0, 0), 1e6 * Matrix<double, 2, 2>::Identity()}};
     for (int k = 0; k < 49; ++k) ASSERT_EQ(filter.predict(), Status::ok);
     const Sensor<double, 2, 1> position{Matrix<double, 1, 2>(1, 0), Matrix<double, 1, 1>(1e-14)};
     ASSERT_TRUE(jml::usable(filter.step(position, 1.0).status));
@@ -122,7 +127,8 @@ Moments of_identity(int n) {
   return exact;
 }
 
-// Twenty updates by the two rows in turn: right to the bounds after each, or refused (the factored form: never).
+// Twenty updates by the two rows in turn: right to the bounds after each, or refused (the factored form:
+// never).
 TEST(NamedCases, TwoRowsThatAreNearlyOne) {
   for (const double d : {1e-8, 1e-9}) {
     with_each_form([d](auto method) {
@@ -139,7 +145,8 @@ TEST(NamedCases, TwoRowsThatAreNearlyOne) {
           exact.x[i] = start(i);
           truth[i] = start(i) + random.normal();
         }
-        jml::Filter filter{method, Drift<double, 3>{}, jml::Estimate<double, 3>{start, Matrix<double, 3, 3>::Identity()}};
+        jml::Filter filter{method, Drift<double, 3>{},
+                           jml::Estimate<double, 3>{start, Matrix<double, 3, 3>::Identity()}};
         for (int k = 0; k < 20; ++k) {
           const auto sensor = rows_of<1>(d, k);
           Quad y = d * random.normal();
@@ -157,7 +164,8 @@ TEST(NamedCases, TwoRowsThatAreNearlyOne) {
       if (is_factored<Method>) {
         EXPECT_EQ(refused, 0);
       }
-      std::printf("%s, d = %g: %d of 300 flights refused\n", is_factored<Method> ? "factored" : "plain", d, refused);
+      std::printf("%s, d = %g: %d of 300 flights refused\n", is_factored<Method> ? "factored" : "plain", d,
+                  refused);
     });
   }
 }
@@ -172,10 +180,13 @@ TEST(NamedCases, TwoRowsInTheLimit) {
     for (int k = 0; k < 2; ++k) measure<3, 1>(exact, rows_of<1>(d, k), jml::Vector<double, 1>(0.0));
     const QuadMatrix P = exact.P();
     for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) EXPECT_NEAR(static_cast<double>(P[i][j]), limit(i, j), 2 * d + 1e-16 / d);  // 1 + d is rounded
+      for (int j = 0; j < 3; ++j)
+        EXPECT_NEAR(static_cast<double>(P[i][j]), limit(i, j), 2 * d + 1e-16 / d);  // 1 + d is rounded
     }
     with_each_form([&](auto method) {
-      jml::Filter filter{method, Drift<double, 3>{}, jml::Estimate<double, 3>{jml::Vector<double, 3>(0, 0, 0), Matrix<double, 3, 3>::Identity()}};
+      jml::Filter filter{
+          method, Drift<double, 3>{},
+          jml::Estimate<double, 3>{jml::Vector<double, 3>(0, 0, 0), Matrix<double, 3, 3>::Identity()}};
       for (int k = 0; k < 2; ++k) {
         const Status status = filter.update(rows_of<1>(d, k), 0.0).status;
         if constexpr (is_factored<decltype(method)>) {
@@ -193,8 +204,9 @@ TEST(NamedCases, TwoRowsInTheLimit) {
 template <int p>
 double distance_after(double d) {
   Moments exact = of_identity(3);
-  jml::Filter filter{jml::Factored{jml::Kalman{}}, Drift<double, 3>{},
-                     jml::Estimate<double, 3>{jml::Vector<double, 3>(0, 0, 0), Matrix<double, 3, 3>::Identity()}};
+  jml::Filter filter{
+      jml::Factored{jml::Kalman{}}, Drift<double, 3>{},
+      jml::Estimate<double, 3>{jml::Vector<double, 3>(0, 0, 0), Matrix<double, 3, 3>::Identity()}};
   for (int k = 0; k < 2; k += p) {
     const auto sensor = rows_of<p>(d, k);
     const jml::Vector<double, p> y = jml::Vector<double, p>::Zero();
@@ -226,8 +238,8 @@ TEST(NamedCases, FactoredHoldsNearlyParallelRows) {
 }
 #endif
 
-// P = [1, 1 - d; 1 - d, 1] has a condition of 2/d. Moved by I it is the same numbers, which a matrix holds; moved by
-// 1/3 it is not, and of its least direction (1, -1) what rounding leaves decides.
+// P = [1, 1 - d; 1 - d, 1] has a condition of 2/d. Moved by I it is the same numbers, which a matrix holds;
+// moved by 1/3 it is not, and of its least direction (1, -1) what rounding leaves decides.
 TEST(NamedCases, PlainIsLostWhereRoundingLosesIt) {
   int held = 0, lost = 0;
   for (int power = 36; power <= 46; ++power) {
@@ -254,15 +266,16 @@ TEST(NamedCases, PlainIsLostWhereRoundingLosesIt) {
     } else if (error < 7e-4) {  // of the other directions nothing is lost
       ++held;
       EXPECT_EQ(status, Status::ok) << error;
-      EXPECT_NEAR(moved.P()(0, 0) - moved.P()(0, 1), static_cast<double>(least), 1e-3 * static_cast<double>(least));
+      EXPECT_NEAR(moved.P()(0, 0) - moved.P()(0, 1), static_cast<double>(least),
+                  1e-3 * static_cast<double>(least));
     }
   }
   EXPECT_GT(held, 3);
   EXPECT_GT(lost, 1);
 }
 
-// Two states known exactly, constants at first, and then moved by an F that expands by 1.39: x is right to 64 ε of
-// the largest state, though it contracts for nine steps.
+// Two states known exactly, constants at first, and then moved by an F that expands by 1.39: x is right to 64
+// ε of the largest state, though it contracts for nine steps.
 TEST(NamedCases, KnownConstantsThatMoveLater) {
   with_each_form([](auto method) {
     Drift<double, 2> drift;
@@ -286,6 +299,82 @@ TEST(NamedCases, KnownConstantsThatMoveLater) {
       }
     }
   });
+}
+
+// x⁺ = 2 x_0 + 3.1 x_1, λ x_1 from the direction that λ alone moves: x_0 stays small while 2^k makes more of
+// whatever was rounded. λ is of 26 digits, so that its powers are not doubles.
+constexpr double contracting = 1 - 12345679 * 0x1p-26;
+Drift<double, 2> saddle() {
+  Drift<double, 2> drift;
+  drift.F << 2, 3.1, 0, contracting;
+  return drift;
+}
+const jml::Vector<double, 2> on_the_saddle(-3.1 / (2 - contracting), 1);
+
+// A reset filter is a new one: what the x before it lacked is forgotten.
+TEST(NamedCases, AResetForgetsTheDigitsOfBefore) {
+  with_each_form([](auto method) {
+    const jml::Estimate<double, 2> far{1e9 * on_the_saddle, Matrix<double, 2, 2>::Zero()};
+    const jml::Estimate<double, 2> near{1e-3 * on_the_saddle, Matrix<double, 2, 2>::Zero()};
+    jml::Filter filter{method, saddle(), far}, fresh{method, saddle(), near};
+    for (int k = 0; k < 7; ++k) ASSERT_EQ(filter.predict(), Status::ok);
+    ASSERT_EQ(filter.reset(near, 0), Status::ok);
+    for (int k = 0; k < 20; ++k) {
+      ASSERT_EQ(filter.predict(), fresh.predict());
+      EXPECT_EQ(filter.x(), fresh.x()) << k;
+    }
+  });
+}
+
+// Larger variances, even by nothing, a state's variance given anew as next to nothing: x keeps what it has.
+TEST(NamedCases, AWayOutKeepsTheDigitsOfKnownStates) {
+  with_each_form([](auto method) {
+    for (const int way : {0, 1, 2, 3}) {
+      jml::Filter filter{method, saddle(),
+                         jml::Estimate<double, 2>{on_the_saddle, Matrix<double, 2, 2>::Zero()}};
+      Quad x[2] = {on_the_saddle(0), on_the_saddle(1)};
+      for (int k = 0; k < 45; ++k) {
+        ASSERT_EQ(filter.predict(), Status::ok);
+        x[0] = 2 * x[0] + 3.1 * x[1];
+        x[1] = contracting * x[1];
+        if (k == 10 && way == 1) {
+          ASSERT_EQ(filter.inflate({0, 0}), Status::ok);
+        }
+        if (k == 10 && way == 2) {
+          ASSERT_EQ(filter.rescale({2, 2}, {0, 0}), Status::ok);
+        }
+        if (k == 10 && way == 3) {
+          ASSERT_EQ(filter.reset_variance(1, 1e-80), Status::ok);
+        }
+      }
+      EXPECT_LE(std::abs(static_cast<double>(filter.x()(0) - x[0])), 64 * 2.3e-16 * 1.6) << way;
+    }
+  });
+}
+
+// The sum may be a double though a product on the way to it was not: 3 (2 - λ) x_1 rounds, 2 x_0 + 3 (2 - λ)
+// x_1 does not; and a state may be known to 1e-30 and not exactly.
+struct RoundsOnTheWay {
+  static constexpr int states = 2, disturbances = 0;
+  static constexpr bool linear = true;
+  template <typename T>
+  jml::Vector<T, 2> dynamics(const jml::Vector<T, 2>& x) const {
+    return {2.0 * x(0) + 3 * (2 - contracting) * x(1), contracting * x(1)};
+  }
+};
+TEST(NamedCases, AMoveThatRoundsOnTheWayIsMadeInTwiceTheDigits) {
+  for (const double variance : {0.0, 1e-80, 1e-60, 1e-36}) {
+    jml::Filter filter{
+        jml::Kalman{}, RoundsOnTheWay{},
+        jml::Estimate<double, 2>{jml::Vector<double, 2>(-3, 1), variance * Matrix<double, 2, 2>::Identity()}};
+    Quad power = 1;
+    for (int k = 0; k < 24; ++k) {
+      ASSERT_EQ(filter.predict(), Status::ok);
+      power *= contracting;
+    }
+    const double bound = 1e-6 * std::sqrt(filter.P()(0, 0)) + 64 * 2.3e-16 * 3;
+    EXPECT_LE(std::abs(static_cast<double>(filter.x()(0) + 3 * power)), bound) << variance;
+  }
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include <condition_variable>
 #include <deque>
 #include <exception>
+#include <filesystem>
 #include <jml/campaign/journal.hpp>
 #include <jml/campaign/progress.hpp>
 #include <map>
@@ -176,6 +177,8 @@ class RunCollector {
     if (const std::string& path = data_->options.journal; !path.empty())
       error = journal_.open(path, plan.identity, data_->layout, take);
     for (const std::string& part : data_->options.parts) {
+      std::error_code none;  // its own journal may be among them
+      if (journal_.is_open() && std::filesystem::equivalent(part, data_->options.journal, none)) continue;
       if (error.empty())
         error = Journal::read(part, plan.identity, data_->layout, [this](BlockRecord&& r) {
           if (wanted(r.block) && !have_[static_cast<std::size_t>(r.block)]) accept(std::move(r));

@@ -87,6 +87,8 @@ consteval bool require_scenario() {
   static_assert(counted,
                 "jml: a scenario of a campaign has `static constexpr int states` and `measurements`");
   if constexpr (counted) {
+    static_assert(Scenario::states > 0 && Scenario::measurements > 0,
+                  "jml: a scenario of a campaign has at least one state and one measurement");
     constexpr bool described = requires(const Scenario& s) {
       std::string(s.name);
       static_cast<int>(s.steps);

@@ -202,7 +202,11 @@ inline CampaignResult run_plan_on_ranks(const CampaignPlan& plan, MPI_Comm comm)
   const bool first = ranks.rank() == 0;
   if (first) {
     collector.emplace(plan);
-    error = collector->open(plan);
+    try {  // the others wait for the answer
+      error = collector->open(plan);
+    } catch (const std::exception& e) {
+      error = e.what();
+    }
   }
   ranks.share(error);
   if (!error.empty()) return CampaignResult(error);

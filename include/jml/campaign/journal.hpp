@@ -138,6 +138,7 @@ class Journal {
     if (::fstat(journal.file_, &about) != 0 || !S_ISREG(about.st_mode))
       return journal.refuse("is not a regular file");
     journal.size_ = static_cast<std::uint64_t>(about.st_size);
+    if (journal.size_ == 0) return {};  // killed before it began
     return journal.take_over(identity.dump(-1, ' ', false, Json::error_handler_t::replace), identity, layout,
                              use);
   }

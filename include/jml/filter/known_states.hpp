@@ -45,13 +45,15 @@ template <typename Rule, typename Model, typename Scalar, int n, typename At>
   using T = Extended<Scalar>;
   const auto& d = model.dynamics;
   const Vector<Scalar, n> constant = predicted_state(d, kernel::zeros<Vector<Scalar, n>>(), at);
+  const Vector<Scalar, n> moved = predicted_state(d, x, at);
   const Matrix<Scalar, n, n> A = dynamics_slot<Rule::A>(rule, d, x, x, at);
   bool exact = true;
   for (int i = 0; i < n; ++i) {
     if (variances(i) != Scalar(0)) continue;
     T sum(constant(i));
     for (int j = 0; j < n; ++j) sum = sum + T(A(i, j)) * T(x(j));
-    exact = exact && in_two<Scalar>(sum).low == Scalar(0);
+    const auto parts = in_two<Scalar>(sum);
+    exact = exact && parts.low == Scalar(0) && parts.high == moved(i);
   }
   return exact;
 }

@@ -223,6 +223,7 @@ struct OnePass : Rule_ {
     belief = Belief(given);
     if constexpr (requires { belief.exact; }) {
       belief.exact = true;
+      kernel::set_zero(belief.x_low);  // what it lacked before
       belief.extended = detail::is_affine<Model>() && detail::better_known_than_rounding(given.x, given.P);
     }
     const Status status = check_estimate(rule(), given);

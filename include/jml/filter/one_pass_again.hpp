@@ -131,7 +131,8 @@ template <bool moves, typename Rule, typename Model, typename Belief, typename A
   }
   if (!all_finite(next.P)) return report.status = Status::covariance_lost, prior;  // an overflow
   for (int i = 0; i < n && affine; ++i)
-    extended = extended || low_digits_tell(in_two<Scalar>(two.x(i)).low, next.P(i, i));
+    extended = extended || low_digits_tell(in_two<Scalar>(two.x(i)).low, next.P(i, i)) ||
+               (next.P(i, i) > Scalar(0) && low_digits_tell(epsilon * next.x(i), next.P(i, i)));
   if constexpr (requires { next.P_low; }) {
     next.extended = extended;
     next.exact = extended && exact;

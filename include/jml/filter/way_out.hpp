@@ -5,6 +5,7 @@
 #pragma once
 
 #include <jml/filter/factored.hpp>
+#include <jml/filter/known_states.hpp>
 #include <jml/filter/local_belief.hpp>
 
 namespace jml::detail {
@@ -39,7 +40,10 @@ template <typename Belief, typename Scalar, int n>
   }
   if (!all_finite(P)) return Status::invalid_option;
   kernel::assign(belief.P, P);
-  if constexpr (requires { belief.P_low; }) belief.extended = false;
+  if constexpr (requires { belief.P_low; }) {
+    if (!belief.extended) kernel::set_zero(belief.x_low);
+    belief.extended = better_known_than_rounding(belief.x, belief.P);  // as at a start; x keeps what it has
+  }
   note_spread(belief, Scalar(0));
   return Status::ok;
 }
@@ -65,7 +69,8 @@ template <typename Scalar, int n>
   return status;
 }
 
-/// A belief with a window begins anew at its present.
+/// A belief with a window begins anew at its present; accuracy_not_met where a state stays known better than
+/// x says.
 template <typename Belief, typename Scalar, int n>
   requires requires(Belief& belief, const Estimate<Scalar, n>& estimate) { belief.reset(estimate, 0.0); }
 [[nodiscard]] Status loosen(Belief& belief, const Loosening<Scalar, n>& by, double time) {
@@ -74,6 +79,14 @@ template <typename Belief, typename Scalar, int n>
   present.P = belief.P();
   if (!all_finite(present.P)) return Status::covariance_lost;
   Status status = loosen(present, by, time);
+  if constexpr (requires {
+                  belief.x_low();
+                }) {  // what x lacks would be lost: more than a state's deviation bears?
+    const Vector<Scalar, n> low = belief.x_low();
+    for (int i = 0; i < n && status == Status::ok; ++i) {
+      if (low(i) != Scalar(0) && low_digits_tell(low(i), present.P(i, i))) status = Status::accuracy_not_met;
+    }
+  }
   const auto held = belief.last_control();
   if (status == Status::ok) status = belief.reset(present, time);
   if (status == Status::ok) belief.last_control() = held;

@@ -55,9 +55,9 @@ struct AllDigits {
       keep(i, sum, x);
     }
   }
-  /// The state of the last node, from x_0 on: nodes hold upper parts alone.
+  /// The state of the last node, from x_0 on: nodes hold upper parts alone. `rest`: what it lacks.
   template <typename Store, typename Prior>
-  [[nodiscard]] static JML_RARE X last(const Store& store, const Prior& prior) {
+  [[nodiscard]] static JML_RARE X last(const Store& store, const Prior& prior, X* rest = nullptr) {
     AllDigits digits(store.start());
     X before, x;
     digits.begin(prior.x, prior.L, prior.a[static_cast<std::size_t>(store.now())], x);
@@ -65,6 +65,7 @@ struct AllDigits {
       before = x;
       digits.move(store, j, store.node(j).b[store.now()], before, x);
     }
+    if (rest != nullptr) *rest = digits.low;
     return x;
   }
   /// a of node 0, as Prior::coordinates() has it, of a window with `L` that has slid: it was node 1 of the

@@ -56,6 +56,13 @@ class WindowMemory<length, measurements, D, Sensors<S...>, Scalar_> {
 
   // The belief, as Filter shows it; ages count steps back from the newest state.
   [[nodiscard]] const X& x(int age = 0) const { return node(last_ - age).x[now_]; }
+  /// What x() lacks where the window is followed in twice the digits; else zero.
+  [[nodiscard]] X x_low() const {
+    X low = kernel::zeros<X>();
+    if (AllDigits<D, Scalar>::known(arrival_))
+      static_cast<void>(AllDigits<D, Scalar>::last(*this, prior_, &low));
+    return low;
+  }
   /// To first order about the window's trajectory (Laplace); NaN where it is lost. A pass through the window.
   [[nodiscard]] Covariance P(int age = 0) const {
     return linearised_covariance(*this, arrival_, last_ - age, loss_);
