@@ -74,6 +74,8 @@ struct KnownMove {
       return true;
   }
 };
+template <typename Rule, typename Model, typename Belief, typename At>  // clang 16 does not guess it
+KnownMove(const Rule&, const Model&, const Belief&, const At&) -> KnownMove<Rule, Model, Belief, At>;
 
 }  // namespace jml::detail
 #include <jml/warnings_end.hpp>
