@@ -43,7 +43,7 @@ enum class Status : std::uint8_t {
   not_a_trajectory,  ///< the criterion J is not defined for this sequence of states
   riccati_escape,    ///< P of a nonsymmetric rule grows beyond all bounds in finite time, or faster than this
                      ///< step can follow
-  step_too_long,     ///< a fixed step beyond the stability of the integrator at this gain, or one that turns
+  step_too_long,     ///< beyond the stability of a fixed-step integrator at this gain or model, or it turns
                      ///< a state in a space further than a chart reaches
   step_limit,        ///< the integrator used all its steps before the end of the interval
   accuracy_not_met,  ///< the integrator could not meet its tolerances; or a measurement of a linear m is
@@ -135,7 +135,8 @@ enum class Solver : std::uint8_t {
     case Status::riccati_escape:
       return "refused: P escapes to infinity within the step, or faster than the step can follow";
     case Status::step_too_long:
-      return "refused: the fixed step is too long for this gain, take more substeps or a stiff integrator; "
+      return "refused: the fixed step is too long for this gain or model, take more substeps or a stiff "
+             "integrator; "
              "or "
              "it turns a state further than a chart reaches, take a shorter dt";
     case Status::step_limit:

@@ -198,4 +198,16 @@ TYPED_TEST(Refusals, Constants) {
   }
 }
 
+// A step that is long for the model, whatever is measured: ẋ = -x over 1.5 s in one substep, and in two.
+TEST(RefusalsOfTheirOwn, AStepThatIsLongForTheModel) {
+  const jml::Estimate<double, 1> one{1.0, 1.0};
+  for (const int substeps : {1, 2}) {
+    jml::Filter filter{jml::Continuous{jml::Ekf{}, RungeKutta4{substeps}}, ConstantPlant{}, one};
+    EXPECT_EQ(filter.predict(1.5), substeps == 1 ? Status::step_too_long : Status::ok);
+    EXPECT_NEAR(filter.x()(0), substeps == 1 ? 1 : std::exp(-1.5), 2e-3);
+    EXPECT_EQ(filter.time(), substeps == 1 ? 0 : 1.5);
+    EXPECT_EQ(filter.predict(1.3), Status::ok);
+  }
+}
+
 }  // namespace

@@ -95,6 +95,7 @@ class Flow {
       if (!dynamics_.reaches(x, now)) return Status::step_too_long;
     }
     Square A = dynamics_slot<Rule::A>(rule_, dynamics_, x, x, now);
+    square_ = square_of_rate(A);
     kernel::assign(dx, predicted_state(dynamics_, x, now));
     if constexpr (measured) {
       if (!noise_.at_point(sensor_, x, now)) return Status::invalid_noise_covariance;
@@ -144,9 +145,10 @@ class Flow {
   }
 
   /// After derivative(): whether a fixed step may be taken from that point. Explicit Runge-Kutta steps of
-  /// length h are stable while h times the rates of Ṗ, twice those of E K, is below 2.78; a pole of P nearer
-  /// than 2h is an escape.
+  /// length h are stable while h times the rates of Ṗ, twice those of E K and of the model, is below 2.78; a
+  /// pole of P nearer than 2h is an escape.
   [[nodiscard]] JML_INLINE inline Status permits(Scalar h) const {
+    if (square_ * h * h > Scalar(1.39 * 1.39)) return Status::step_too_long;
     if constexpr (measured && p == 1) {
       if (!symmetric && rate_ * h < Scalar(-0.5)) return Status::riccati_escape;
       if (rate_ * h > Scalar(1.39)) return Status::step_too_long;
@@ -254,6 +256,17 @@ class Flow {
   }
 
  private:
+  /// max |(A²)_ii|, the same in all units: the square of a rate at which states decay, grow or turn.
+  [[nodiscard]] JML_INLINE static Scalar square_of_rate(const Square& A) {
+    Scalar largest = 0;
+    kernel::repeat<n>([&](int i) JML_INLINE {
+      Scalar sum = 0;
+      kernel::repeat<n>([&](int k) JML_INLINE { sum += A(i, k) * A(k, i); });
+      largest = std::abs(sum) > largest ? std::abs(sum) : largest;
+    });
+    return largest;
+  }
+
   /// dP = left P + P Bᵀ + G Q Gᵀ, with `left` = A - K E.
   JML_INLINE inline Status finish(const X& x, const At& now, const Square& left, const Square& A,
                                   const Square& P, Square& dP) {
@@ -298,6 +311,7 @@ class Flow {
   [[no_unique_address]] std::conditional_t<measured, detail::MeasurementNoise<Scalar, n, S>, Nothing> noise_;
   Matrix<Scalar, p, p> feedback_;  // E P Dᵀ of the last derivative, p > 1
   Scalar rate_ = 0;                // E K of the last derivative, p = 1
+  Scalar square_ = 0;              // of a rate of the model there
 };
 
 }  // namespace jml
