@@ -77,13 +77,16 @@ expect_fault(page "| 7 |" "| 7.5 |" "has a number that is no stored result: 7.5"
 expect_fault(page "# Page" "Page of 0.9 m" "has a number that is no stored result: 0.9")
 
 # What stands in another file is to stand there.
-file(WRITE ${DIRECTORY}/other.md "there is noise of 0.05 m")
-string(REPLACE "given: noise" "given by other.md: noise" list "${list}")
+file(WRITE ${DIRECTORY}/source.md "there is noise of 0.05 m")
+string(REPLACE "given: noise" "given by source.md: noise" list "${list}")
 expect_quoted(0 "5 pieces of 1 pages" "quoted from another file")
-expect_fault(list "by other.md" "by another.md" "quotes what is not there: given by another.md")
-file(WRITE ${DIRECTORY}/other.md "there is noise of 0.06 m")
-expect_quoted(1 "quotes what is not there: given by other.md" "another file that says another thing")
-file(WRITE ${DIRECTORY}/other.md "there is noise of 0.05 m")
+expect_fault(list "by source.md" "by ansource.md" "quotes what is not there: given by ansource.md")
+expect_fault(list "source.md:" "source.md after there was :" "quotes what is not there: given by source.md after there was")
+string(REPLACE "source.md:" "source.md after there is :" list "${list}")
+expect_quoted(0 "5 pieces of 1 pages" "quoted from another file behind words")
+file(WRITE ${DIRECTORY}/source.md "there is noise of 0.06 m")
+expect_quoted(1 "quotes what is not there: given by source.md" "another file that says another thing")
+file(WRITE ${DIRECTORY}/source.md "there is noise of 0.05 m")
 
 # What is wrong is mended by `write`.
 string(REPLACE "0.89" "0.12" page "${page}")

@@ -10,7 +10,8 @@
 //   [README.md]                                    the page
 //   position RMSE of {plaza1:ekf_rmse .2} m        a piece of it, with a stored result in place of the number
 //   given: noise of 0.05 rad                       a piece whose numbers are no results: limits, settings
-//   given by FILE: 3.34 ± 0.70                     a piece that must stand in that file too
+//   given by FILE: 3.34 ± 0.70                     a piece that must stand in that file too,
+//   given by FILE after WORDS: 3.34 ± 0.70         behind these words
 //   [examples/guide/measured.md whole]             a page where nothing may be left out, see below
 //   [examples/guide/depth.md decimals]             the same, but for the rows of tables
 //
@@ -128,7 +129,7 @@ class Page {
     const bool elsewhere = line.starts_with("given by "), given = elsewhere || line.starts_with("given: ");
     const std::size_t colon = given ? line.find(": ") : std::string::npos;
     const Piece piece = parsed(given && colon != std::string::npos ? line.substr(colon + 2) : line);
-    if (elsewhere && places(guide::contents(root / line.substr(9, colon - 9)), piece).empty())
+    if (elsewhere && !stands_elsewhere(line.substr(9, colon - 9), piece.words.front(), root))
       return complain("quotes what is not there: " + line);
     if (given != piece.expressions.empty())
       return complain("in the list, neither a result nor given: " + line);
@@ -181,6 +182,14 @@ class Page {
   bool is_covered(std::size_t begin, std::size_t end) const {
     return std::any_of(covered_.begin(), covered_.end(),
                        [=](const auto& c) { return c.first <= begin && end <= c.second; });
+  }
+
+  /// FILE, or FILE after WORDS: are these words there?
+  static bool stands_elsewhere(const std::string& where, const std::string& words,
+                               const std::filesystem::path& root) {
+    const std::size_t after = where.find(" after ");
+    const std::string before = after == std::string::npos ? "" : where.substr(after + 7);
+    return !places(guide::contents(root / where.substr(0, after)), {"", {before + words}, {}}).empty();
   }
 
   /// Numbers and rows of tables that no piece holds.
