@@ -80,7 +80,7 @@ expect_fault(page "# Page" "Page of 0.9 m" "has a number that is no stored resul
 file(WRITE ${DIRECTORY}/source.md "there is noise of 0.05 m")
 string(REPLACE "given: noise" "given by source.md: noise" list "${list}")
 expect_quoted(0 "5 pieces of 1 pages" "quoted from another file")
-expect_fault(list "by source.md" "by ansource.md" "quotes what is not there: given by ansource.md")
+expect_fault(list "by source.md" "by nothing.md" "quotes what is not there: given by nothing.md")
 expect_fault(list "source.md:" "source.md after there was :" "quotes what is not there: given by source.md after there was")
 string(REPLACE "source.md:" "source.md after there is :" list "${list}")
 expect_quoted(0 "5 pieces of 1 pages" "quoted from another file behind words")
