@@ -131,6 +131,7 @@ void register_case(const std::string& size, const Case& c, const Iterated& itera
 void register_continuous();  // continuous.cpp
 void register_algebraic();   // algebraic.cpp
 void register_deep();        // deep.cpp
+void register_promises();    // promises.cpp
 
 int main(int argc, char** argv) {
   const jml::IterationOptions options{.tolerance = 1e-10};
@@ -142,6 +143,7 @@ int main(int argc, char** argv) {
   register_continuous();
   register_algebraic();
   register_deep();
+  register_promises();
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();
 }

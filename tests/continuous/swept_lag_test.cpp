@@ -7,6 +7,7 @@
 #include <jml/continuous/swept_lag.hpp>
 
 #include "continuous/two_point_flight.hpp"
+#include "figure.hpp"
 #include "heap_trap.hpp"
 #include "models/escaping.hpp"
 
@@ -58,6 +59,7 @@ TEST(SweptLag, ASecondIsNearTheOptimum) {
     lagged += (lag.x() - smoother.x()).norm();
     filtered += (rnls.x() - smoother.x()).norm();
   }
+  figure::print("lag_to_filter", lagged / filtered);
   EXPECT_LT(lagged, filtered / 5) << lagged << ' ' << filtered;
 }
 

@@ -8,6 +8,9 @@
 #include <cmath>
 #include <jml/campaign/noise.hpp>
 #include <jml/iterated/iterated.hpp>
+#include <string>
+
+#include "figure.hpp"
 
 namespace {
 
@@ -94,6 +97,7 @@ void expect_answers(double scale, int steps, int most_higher) {
     return out;
   };
   int refused = 0, higher = 0;
+  long iterations = 0;
   for (int k = 0; k < steps; ++k) {
     M3 L;
     for (int j = 0; j < 3; ++j) L.col(j) = normal(scale);
@@ -107,11 +111,17 @@ void expect_answers(double scale, int steps, int most_higher) {
       ++refused;
       continue;
     }
+    iterations += report.iterations;
     const Criterion criterion{sensor, x, L, y};
     double least = criterion.descend(off);
     for (int start = 0; start < 10; ++start) least = std::min(least, criterion.descend(normal(1.5)));
     higher += report.cost > least * (1 + 1e-4) + 1e-4;
   }
+  const std::string key = "priors_of_" + std::to_string(static_cast<int>(std::lround(100 * scale)));
+  figure::print(key + "/steps", steps);
+  figure::print(key + "/refused", refused);
+  figure::print(key + "/higher", higher);
+  figure::print(key + "/iterations", static_cast<double>(iterations) / (steps - refused));
   EXPECT_EQ(refused, 0) << scale;
   EXPECT_LE(higher, most_higher) << scale;
 }

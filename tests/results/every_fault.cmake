@@ -66,6 +66,28 @@ expect_fault(list "plaza:ekf .2" "plaza:ekf .3" "says 0.89, the stored result is
 expect_fault(list "given: noise" "noise" "neither a result nor given")
 expect_fault(list "[page.md" "[other.md" "other.md cannot be read")
 
+# Code is not looked at; of a page of which decimals alone are asked, rows of tables without them are not either.
+string(REPLACE "# Page" "# Page\n```cpp\nx = 0.7;\n```" page "${page}")
+expect_quoted(0 "5 pieces of 1 pages" "code in the page")
+expect_fault(page "```cpp" "" "has a number that is no stored result: 0.7")
+string(REPLACE "whole]" "decimals]" list "${list}")
+string(APPEND page "| rows | 7 |\n")
+expect_quoted(0 "5 pieces of 1 pages" "a page of decimals")
+expect_fault(page "| 7 |" "| 7.5 |" "has a number that is no stored result: 7.5")
+expect_fault(page "# Page" "Page of 0.9 m" "has a number that is no stored result: 0.9")
+
+# What stands in another file is to stand there.
+file(WRITE ${DIRECTORY}/source.md "there is noise of 0.05 m")
+string(REPLACE "given: noise" "given by source.md: noise" list "${list}")
+expect_quoted(0 "5 pieces of 1 pages" "quoted from another file")
+expect_fault(list "by source.md" "by nothing.md" "quotes what is not there: given by nothing.md")
+expect_fault(list "source.md:" "source.md after there was :" "quotes what is not there: given by source.md after there was")
+string(REPLACE "source.md:" "source.md after there is :" list "${list}")
+expect_quoted(0 "5 pieces of 1 pages" "quoted from another file behind words")
+file(WRITE ${DIRECTORY}/source.md "there is noise of 0.06 m")
+expect_quoted(1 "quotes what is not there: given by source.md" "another file that says another thing")
+file(WRITE ${DIRECTORY}/source.md "there is noise of 0.05 m")
+
 # What is wrong is mended by `write`.
 string(REPLACE "0.89" "0.12" page "${page}")
 expect_quoted(1 "0.12" "before it is mended")

@@ -2,19 +2,22 @@
 // Do README and guide say what the stored results say?
 //
 //   quoted check ROOT     every number that is quoted, against examples/guide/results/*.csv; exit code 1
-//   where one differs quoted write ROOT     puts the stored numbers in their places
+//                         where one differs
+//   quoted write ROOT     puts the stored numbers in their places
 //
 // What is quoted stands in examples/guide/results/quoted.txt:
 //
-//   [README.md]                                            the page
-//   position RMSE of {plaza1:ekf_rmse .2} m                a piece of it, with a stored result in place of
-//   the number given: noise of 0.05 rad                               a piece whose numbers are no results:
-//   limits, settings, sources [examples/guide/measured.md whole]                     a page where nothing may
-//   be left out, see below
+//   [README.md]                                    the page
+//   position RMSE of {plaza1:ekf_rmse .2} m        a piece of it, with a stored result in place of the number
+//   given: noise of 0.05 rad                       a piece whose numbers are no results: limits, settings
+//   given by FILE: 3.34 ± 0.70                     a piece that must stand in that file too,
+//   given by FILE after WORDS: 3.34 ± 0.70         behind these words
+//   [examples/guide/measured.md whole]             a page where nothing may be left out, see below
+//   [examples/guide/depth.md decimals]             the same, but for the rows of tables
 //
 // A piece is found by its words; how the page breaks its lines does not matter. It must be there once. A
 // piece that begins with | is a whole row of a table. On a whole page every number with a decimal point and
-// every row of a table that holds a digit must lie in a piece.
+// every row of a table that holds a digit must lie in a piece; code need not.
 #include <algorithm>
 #include <cctype>
 
@@ -115,15 +118,19 @@ std::vector<Place> places(const std::string& text, const Piece& piece) {
 
 class Page {
  public:
-  Page(std::filesystem::path file, std::string name, bool whole)
-      : file_(std::move(file)), name_(std::move(name)), whole_(whole), text_(guide::contents(file_)) {
+  enum class Asked { quotes, decimals, whole };
+  Page(std::filesystem::path file, std::string name, Asked asked)
+      : file_(std::move(file)), name_(std::move(name)), asked_(asked), text_(guide::contents(file_)) {
     if (text_.empty()) complain("cannot be read");
   }
   bool good() const { return good_; }
 
-  void quote(const std::string& line, const Results& results) {
-    const bool given = line.starts_with("given: ");
-    const Piece piece = parsed(given ? line.substr(7) : line);
+  void quote(const std::string& line, const Results& results, const std::filesystem::path& root) {
+    const bool elsewhere = line.starts_with("given by "), given = elsewhere || line.starts_with("given: ");
+    const std::size_t colon = given ? line.find(": ") : std::string::npos;
+    const Piece piece = parsed(given && colon != std::string::npos ? line.substr(colon + 2) : line);
+    if (elsewhere && !stands_elsewhere(line.substr(9, colon - 9), piece.words.front(), root))
+      return complain("quotes what is not there: " + line);
     if (given != piece.expressions.empty())
       return complain("in the list, neither a result nor given: " + line);
     auto found = places(text_, piece);
@@ -148,7 +155,7 @@ class Page {
     for (const Change& c : changes_)
       complain("says " + text_.substr(c.begin, c.end - c.begin) + ", the stored result is " + c.value + ": " +
                c.expression);
-    if (whole_) look_for_more();
+    if (asked_ != Asked::quotes) look_for_more();
   }
 
   void write() {
@@ -177,16 +184,27 @@ class Page {
                        [=](const auto& c) { return c.first <= begin && end <= c.second; });
   }
 
+  /// FILE, or FILE after WORDS: are these words there?
+  static bool stands_elsewhere(const std::string& where, const std::string& words,
+                               const std::filesystem::path& root) {
+    const std::size_t after = where.find(" after ");
+    const std::string before = after == std::string::npos ? "" : where.substr(after + 7);
+    return !places(guide::contents(root / where.substr(0, after)), {"", {before + words}, {}}).empty();
+  }
+
   /// Numbers and rows of tables that no piece holds.
   void look_for_more() {
     std::size_t at = 0, row = 0;  // of a table: its heading, the line below it, then its body
+    bool fenced = false;
     std::istringstream lines(text_);
     for (std::string line; std::getline(lines, line); at += line.size() + 1) {
+      if (line.starts_with("```")) fenced = !fenced;
+      if (fenced) continue;
       row = line.starts_with("|") ? row + 1 : 0;
       const bool has_digit = std::any_of(line.begin(), line.end(), is_digit);
-      if (row > 2 && has_digit && !is_covered(at, at + line.size()))
+      if (asked_ == Asked::whole && row > 2 && has_digit && !is_covered(at, at + line.size()))
         complain("has a row that is no stored result: " + line);
-      if (row > 0) continue;
+      if (asked_ == Asked::whole && row > 0) continue;
       bool code = false;
       for (std::size_t i = 0; i < line.size(); ++i) {
         if (line[i] == '`') code = !code;
@@ -201,7 +219,8 @@ class Page {
 
   std::filesystem::path file_;
   std::string name_;
-  bool whole_, good_ = true;
+  Asked asked_;
+  bool good_ = true;
   std::string text_;
   std::vector<Change> changes_;
   std::vector<std::pair<std::size_t, std::size_t>> covered_;
@@ -228,12 +247,14 @@ int main(int argc, char** argv) {
     if (line.empty() || line[0] == '#') continue;
     if (line[0] == '[') {
       finish();
-      const bool whole = line.ends_with(" whole]");
-      const std::string name = line.substr(1, line.size() - (whole ? 8 : 2));
-      page.emplace(root / name, name, whole);
+      const Page::Asked asked = line.ends_with(" whole]")      ? Page::Asked::whole
+                                : line.ends_with(" decimals]") ? Page::Asked::decimals
+                                                               : Page::Asked::quotes;
+      const std::string name = line.substr(1, line.find_first_of(" ]") - 1);
+      page.emplace(root / name, name, asked);
       ++pages;
     } else if (page) {
-      page->quote(line, results);
+      page->quote(line, results, root);
       ++pieces;
     }
   }

@@ -36,6 +36,7 @@ int main(int argc, char** argv) {
       all.print(Form(form), single);
       if (Form(form) == Form::plain || Form(form) == Form::factored) all.print(Form(form), single, true);
       all.print_wrong(Form(form), single);
+      if (all.total(Form(form), single).problems > 0) all.print_figures(Form(form), single);
       if (!single) wrong += all.total(Form(form), single).wrong();
     }
   }

@@ -20,12 +20,17 @@ TEST(CovarianceGenerator, FormsAreRightAndAnswer) {
     tally.print(form, false);
     tally.print_wrong(form, false);
     tally.print(form, true);  // by the same rules in float, to be seen
+    tally.print_figures(form, false);
+    tally.print_figures(form, true);
     const auto all = tally.total(form, false);
     EXPECT_GT(all.problems, 1000) << name_of(form);
     EXPECT_EQ(all.wrong_P, 0) << name_of(form);
     EXPECT_EQ(all.wrong_x, 0) << name_of(form);
   }
-  EXPECT_EQ(tally.total(Form::factored, false, 1e20).refused, 0);
+  const auto up_to = tally.total(Form::factored, false, 1e20);
+  EXPECT_EQ(up_to.refused, 0);
+  figure::print("factored_up_to_1e20/problems", static_cast<double>(up_to.problems));
+  figure::print("factored_up_to_1e20/refused", static_cast<double>(up_to.refused));
 
   // Of the problems that the textbook's recursion gets right the plain form may refuse a quarter (a twelfth
   // is), and half are answered without a step in twice the digits (57 % are). The others are right by luck,

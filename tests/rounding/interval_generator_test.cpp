@@ -33,6 +33,7 @@ TEST(IntervalGenerator, RightWhereTheyAnswer) {
   }
   for (const Form form : {Form::fixed_lag, Form::batch, Form::smoother}) {
     tally.print(form, false);
+    tally.print_figures(form, false);
     tally.print_wrong(form, false);
     const auto all = tally.total(form, false);
     EXPECT_GT(all.problems, 500) << name_of(form);

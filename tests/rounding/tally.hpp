@@ -7,8 +7,10 @@
 #include <cstdio>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "figure.hpp"
 #include "rounding/contestants.hpp"
 
 namespace rounding {
@@ -126,6 +128,16 @@ class Tally {
       std::printf("\n");
     }
     for (const auto& [status, count] : all.statuses) std::printf("  %8ld %s\n", count, jml::describe(status));
+  }
+  /// Of all its problems: as figures, for the guide.
+  void print_figures(Form form, bool single) const {
+    std::string key = std::string(name_of(form)) + (single ? "_float/" : "/");
+    std::replace(key.begin(), key.end(), ' ', '_');
+    const Counts all = total(form, single);
+    const std::pair<const char*, long> figures[] = {
+        {"problems", all.problems}, {"refused", all.refused}, {"redone", all.redone}, {"wrong", all.wrong()}};
+    for (const auto& [name, count] : figures) figure::print(key + name, static_cast<double>(count));
+    figure::print(key + "worst_P", all.worst_P);
   }
   void print_wrong(Form form, bool single) const {
     for (const auto& wrong : tables_[index(form, single)].wrong)

@@ -5,6 +5,8 @@
 #include <jml/jml.hpp>
 #include <jml/model/discretize.hpp>
 
+#include "figure.hpp"
+
 namespace {
 
 constexpr double tilt = 0.3, turn = 2.0;
@@ -52,10 +54,34 @@ double error_after_a_turn(int steps) {
   return jml::SO3::minus(x, coning(3.0)).norm();
 }
 
+/// The same motion by a step of the quaternion's four numbers, q' = ½ q ∘ (0, ω), brought back to length 1.
+double error_in_four_numbers(int steps) {
+  using Quaternion = jml::Vector<double, 4>;
+  const double dt = 3.0 / steps;
+  const auto rate = [](const Quaternion& q, double t) -> Quaternion {
+    const double half = std::sin(tilt / 2);
+    const Quaternion turning(0, -turn * std::sin(tilt) * std::sin(turn * t),
+                             turn * std::sin(tilt) * std::cos(turn * t), -2 * turn * half * half);
+    return 0.5 * jml::quaternion_product(q, turning);
+  };
+  Quaternion x = coning(0);
+  for (int k = 0; k < steps; ++k) {
+    const double t = k * dt;
+    const Quaternion a = rate(x, t), b = rate(x + dt / 2 * a, t + dt / 2),
+                     c = rate(x + dt / 2 * b, t + dt / 2), d = rate(x + dt * c, t + dt);
+    x = (x + dt / 6 * (a + 2 * b + 2 * c + d)).normalized();
+  }
+  return jml::SO3::minus(x, coning(3.0)).norm();
+}
+
 TEST(DiscretizeInSpace, KeepsTheOrderAndTheLength) {
   const double coarse = error_after_a_turn<jml::RungeKutta4>(30),
                fine = error_after_a_turn<jml::RungeKutta4>(60);
   EXPECT_LT(coarse, 1e-5);
+  const double four_numbers = error_in_four_numbers(30);
+  EXPECT_NEAR(four_numbers / coarse, 1, 0.5);
+  figure::print("coning", coarse, "rad");
+  figure::print("coning_in_four_numbers", four_numbers, "rad");
   EXPECT_NEAR(std::log2(coarse / fine), 4, 0.2);
   const double euler = error_after_a_turn<jml::Euler>(300), finer = error_after_a_turn<jml::Euler>(600);
   EXPECT_NEAR(std::log2(euler / finer), 1, 0.1);

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "dense_attitude.hpp"
+#include "figure.hpp"
 #include "heap_trap.hpp"
 #include "models/attitude_in_space.hpp"
 
@@ -147,7 +148,8 @@ TEST(WideStep, ItsRootIsTheLeastMinimum) {
               1e-5)
         << i;
   }
-  RecordProperty("iterations", iterations);
+  figure::print("steps", scenes);
+  figure::print("iterations", static_cast<double>(iterations) / scenes);
   EXPECT_LT(iterations, 700 * scenes);
 }
 
