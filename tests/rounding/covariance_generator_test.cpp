@@ -33,24 +33,27 @@ TEST(CovarianceGenerator, FormsAreRightAndAnswer) {
   figure::print("factored_up_to_1e20/refused", static_cast<double>(up_to.refused));
 
   // Of the problems that the textbook's recursion gets right the plain form may refuse a quarter (a twelfth
-  // is), and half are answered without a step in twice the digits (57 % are). The others are right by luck,
-  // or by a bound that is wider than what rounding did: ε of a condition of 1e9 is 1e-6 already, and x may be
-  // off by 1e-6 deviations.
+  // is), and about half are answered without a step in twice the digits (49.6 % are: with a bound of one half
+  // before states that are known better than doubles say, and not exactly, were followed; without that their
+  // x was wrong). The others are right by luck, or by a bound that is wider than what rounding did: ε of a
+  // condition of 1e9 is 1e-6 already, and x may be off by 1e-6 deviations.
   const auto plain = tally.total(Form::plain, false);
   EXPECT_GT(plain.textbook, 400);
   EXPECT_LE(4 * plain.turned_away, plain.textbook);
-  EXPECT_LE(2 * plain.lost, plain.textbook);
+  EXPECT_LE(100 * plain.lost, 51 * plain.textbook);
 }
 
-// Problems of a long run that were wrong once, by kind: a small pivot of P_0 taken for zero; measurements whose
-// own rounding is 1e6 of their deviations, of a P known to 1e-12 of itself; a direction taken for known exactly
-// whose variance is 1e-17 of what is left beside it.
+// Problems of a long run that were wrong once, by kind: a small pivot of P_0 taken for zero; measurements
+// whose own rounding is 1e6 of their deviations, of a P known to 1e-12 of itself; a direction taken for known
+// exactly whose variance is 1e-17 of what is left beside it.
 TEST(CovarianceGenerator, OnceWrong) {
   Tally tally;
   for (const std::uint64_t number : {263374, 209925, 346055, 112428, 64029, 17487, 381166, 499743, 429093})
     fly_problem<false>(31, number, {true, true, false}, tally);
-  // A P of equal numbers, whose difference not even twice the digits of its entries hold: rounding seems to lose nothing.
-  for (const std::uint64_t number : {233250, 331460, 359297}) fly_problem<false>(301, number, {true, true, false}, tally);
+  // A P of equal numbers, whose difference not even twice the digits of its entries hold: rounding seems to
+  // lose nothing.
+  for (const std::uint64_t number : {233250, 331460, 359297})
+    fly_problem<false>(301, number, {true, true, false}, tally);
   for (const Form form : {Form::plain, Form::factored}) {
     tally.print_wrong(form, false);
     EXPECT_EQ(tally.total(form, false).wrong(), 0) << name_of(form);
@@ -59,11 +62,12 @@ TEST(CovarianceGenerator, OnceWrong) {
   EXPECT_EQ(tally.total(Form::factored, false, 1e20).refused, 0);
 }
 
-// And two of a P_0 of zeros: what x_0 loses where it is first rounded has no deviation to hide in, and F makes
-// more of it.
+// And two of a P_0 of zeros: what x_0 loses where it is first rounded has no deviation to hide in, and F
+// makes more of it.
 TEST(CovarianceGenerator, OnceWrongWhereAStateIsKnown) {
   Tally tally;
-  for (const std::uint64_t number : {116564, 256036}) fly_problem<false>(301, number, {true, true, false}, tally);
+  for (const std::uint64_t number : {116564, 256036})
+    fly_problem<false>(301, number, {true, true, false}, tally);
   for (const Form form : {Form::plain, Form::factored}) {
     tally.print_wrong(form, false);
     EXPECT_EQ(tally.total(form, false).problems, 2) << name_of(form);
@@ -71,7 +75,8 @@ TEST(CovarianceGenerator, OnceWrongWhereAStateIsKnown) {
   }
 }
 
-// All of that kind (rounding/known_states.hpp): of 1500 such problems in double 213 were wrong, 26 of 500 in float.
+// All of that kind (rounding/known_states.hpp): of 1500 such problems in double 213 were wrong, 26 of 500 in
+// float.
 TEST(CovarianceGenerator, KnownStatesOfExpandingModels) {
   Tally tally;
   for (std::uint64_t number = 0; number < 300; ++number) {
