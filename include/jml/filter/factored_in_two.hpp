@@ -15,9 +15,10 @@ template <typename Scalar>
 inline constexpr Scalar worst_magnification_in_two =
     worst_magnification<Scalar> * std::numeric_limits<Scalar>::epsilon() / extended_epsilon<Scalar>;
 
-/// The same of x, as plain_error: a tenth of what x may be off by, as many rows make more.
+/// The same of x: half of what x may be off by, as of many rows each adds some.
 template <typename Scalar>
-inline constexpr Scalar worst_surprise_in_two = plain_error<Scalar> / extended_epsilon<Scalar>;
+inline constexpr Scalar worst_surprise_in_two =
+    (std::is_same_v<Scalar, float> ? Scalar(1e-4) : Scalar(5e-7)) / extended_epsilon<Scalar>;
 
 /// x, U, D from `two` into `next`; the low parts where they hold digits that will be asked for.
 /// An infinite variance that was none before is an overflow. `before`: the magnification of the belief that

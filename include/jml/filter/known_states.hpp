@@ -6,6 +6,7 @@
 #include <jml/warnings_begin.hpp>
 #pragma once
 
+#include <jml/filter/watched.hpp>
 #include <jml/riccati/difference.hpp>
 #include <jml/rounding.hpp>
 #include <jml/twofold.hpp>
@@ -35,6 +36,14 @@ template <typename Scalar, int n>
   for (int i = 0; i < n; ++i)
     better = better || low_digits_tell(std::numeric_limits<Scalar>::epsilon() * x(i), P(i, i));
   return better;
+}
+
+/// x of `belief` has low digits, or might get some with its next move.
+template <typename Belief>
+[[nodiscard]] JML_INLINE inline bool has_known_states(const Belief& belief) {
+  bool known = is_extended(belief);
+  for (int i = 0; i < Belief::states; ++i) known = known || belief.P(i, i) == typename Belief::Scalar(0);
+  return known;
 }
 
 /// Whether affine dynamics move the states of variance zero from x without rounding.

@@ -116,14 +116,14 @@ struct FactoredExactStep {
       kernel::assign(x_1, next.x);
       ++report.iterations;
     }
-    const X x = next.x;
+    const X x = next.x, x_low = linear ? next.x_low : kernel::zeros<X>();
     if constexpr (!by_jacobians) {  // P by the slots of the rule at the root
       if (held) {
         if (predict(rule.inner, x_s, predicted, sizes) != Status::ok)
           return refuse(Status::dynamics_not_finite);
         held = sweep<Inner::D>(predicted, prediction, x_1, again, floor);
         kernel::assign(next.x, x);
-        kernel::set_zero(next.x_low);
+        kernel::assign(next.x_low, x_low);
       }
     }
     if (held) {

@@ -56,12 +56,17 @@ struct ExactStep : Rule_ {
     return one_pass().predict(model, prior, at, next);
   }
   template <typename Model, typename Belief, typename Sample, typename Report>
-  void correct(const Model&, const Belief& prior, const Sample& sample, Belief& next, Report& report) const {
-    if (correct_here(prior, sample, next, report) == detail::Digits::held) return;
+  void correct([[maybe_unused]] const Model& model, const Belief& prior, const Sample& sample, Belief& next,
+               Report& report) const {
+    const auto digits = correct_here(prior, sample, next, report);
     if constexpr (Rule::symmetric) {
-      report.status = detail::step_in_two<detail::Motion::none>(rule(), Unobserved{}, prior, sample.at,
-                                                                sample, sample.at, next, report);
+      if (digits == detail::Digits::too_few)
+        report.status = detail::step_in_two<detail::Motion::none>(rule(), Unobserved{}, prior, sample.at,
+                                                                  sample, sample.at, next, report);
     }
+    if constexpr (Rule::symmetric && is_linear_sensor<Sample>())
+      keep_digits<Sample::measurements>(
+          prior, report, [&](auto& exact) { one_pass().correct(model, prior, sample, next, exact); });
   }
   /// @}
   /// One exact step, eq. (9): the estimate of x_i is revised together with that of x_{i+1}.
@@ -91,6 +96,9 @@ struct ExactStep : Rule_ {
         report.status =
             detail::step_in_two<motion>(rule(), model, prior, sample.at, sample, end, next, report);
     }
+    if constexpr (Rule::symmetric && detail::is_affine<Model>() && is_linear_sensor<Sample>())
+      keep_digits<Sample::measurements>(
+          prior, report, [&](auto& exact) { one_pass().step(model, prior, sample, next, exact); });
   }
 
   /// Of a step in charts with disturbances: to the lowest minimum of its criterion, see whole_step.hpp.
@@ -104,6 +112,22 @@ struct ExactStep : Rule_ {
  private:
   const Rule& rule() const { return *this; }
   OnePass<typename Rule::Inner> one_pass() const { return {rule().inner}; }
+
+  template <typename Sample>
+  static consteval bool is_linear_sensor() {
+    return SensorTraits<std::remove_cvref_t<decltype(Sample::sensor)>>::linear;
+  }
+  /// Where x of some state is known better than Scalar can say, filter/known_states.hpp, the digits of a
+  /// linear step are those of the inner rule, whose step it is.
+  template <int p, typename Belief, typename Report, typename Exactly>
+  JML_INLINE static void keep_digits(const Belief& prior, Report& report, const Exactly& exactly) {
+    if (!usable(report.status) || !detail::has_known_states(prior)) return;
+    const auto status = report.status;
+    StepReport<typename Belief::Scalar, Belief::states, p> exact;
+    exactly(exact);
+    static_cast<decltype(exact)&>(report) = exact;
+    if (exact.status == Status::ok) report.status = status;
+  }
 
   template <typename Belief, typename Sample, typename Report>
   detail::Digits correct_here(const Belief& prior, const Sample& sample, Belief& next, Report& report) const {

@@ -34,7 +34,7 @@ template <typename Scalar, int n>
   const bool low = prior.extended;
   two.load(prior.U.data(), prior.D.data(), low ? prior.U_low.data() : nullptr,
            low ? prior.D_low.data() : nullptr);
-  two.load_state(prior.x.data(), low ? prior.x_low.data() : nullptr);
+  two.load_state(prior.x.data(), prior.x_low.data());
   return true;
 }
 /// The prior with n zeros below it.
@@ -66,7 +66,7 @@ template <typename Scalar, int n>
 }
 template <typename Scalar, int n>
 [[nodiscard]] Extended<Scalar> prior_state(const FactoredBelief<Scalar, n>& prior, int i) {
-  return as_one(prior.x(i), prior.extended ? prior.x_low(i) : Scalar(0));
+  return as_one(prior.x(i), prior.x_low(i));
 }
 
 /// √(vᵀ P⁻¹ v) of P = U D Uᵀ (n×n, by its entries U(i, j) and D(i)), v overwritten: a distance in standard
