@@ -113,11 +113,10 @@ int main(int argc, char** argv) {
       "cannot be, given the bounds: there is none, although odometry breaks the tight bound in 107 rows. A "
       "box this\n"
       "wide does not notice. A guaranteed box pays for its promise: a range bounds it on both sides of a "
-      "tag, "
-      "and\n"
-      "leaves an arc, which one box covers badly. A union of eight covers it: inside is then \"in one of the "
-      "eight\",\n"
-      "and the width that of the box around them. The linearised box promises nothing: that it\n"
+      "tag,\n"
+      "and leaves an arc, which one box covers badly. A union of eight covers it: there \"inside\" is in one "
+      "of\n"
+      "the eight, and the width that of the box around them. The linearised box promises nothing: that it\n"
       "holds is what this log shows, no more.\n");
   summary.write(directory / "summary.csv");
 

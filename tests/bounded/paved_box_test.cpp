@@ -177,6 +177,45 @@ TEST(PavedBox, TheTruthIsInOneOfThePartsAlways) {
   EXPECT_LT(wider, steps / 50);
 }
 
+// Not the truth alone: whatever state of the box explains the range stays. Boxes of all sizes about the tag.
+TEST(PavedBox, NothingIsLostByARange) {
+  jml::Noise noise(5);
+  int outside = 0, parted = 0;
+  long checked = 0;
+  for (int run = 0; run < 1000; ++run) {
+    const double size = 10 * std::pow(10.0, noise.uniform(-2, 0));
+    Box<double, 3> box;
+    for (int i = 0; i < 3; ++i) {
+      const double middle = size * noise.uniform(-1.5, 1.5);
+      box.lower(i) = middle - size * noise.uniform();
+      box.upper(i) = middle + size * noise.uniform();
+    }
+    const auto inside = [&box, &noise](bool at_a_side) {
+      Pose x;
+      for (int i = 0; i < 3; ++i) {
+        const double at = noise.uniform();
+        x(i) = box.lower(i) + at * (box.upper(i) - box.lower(i));
+        if (at_a_side && i == 0) x(i) = at < 0.5 ? box.lower(i) : box.upper(i);
+      }
+      return x;
+    };
+    const Range tag{{0, 0}, 0, 0.1};
+    const double y = tag.measurement(inside(run % 3 == 0))(0) + 0.0999999 * noise.uniform(-1, 1);
+    Filter filter{Paved<8>{}, Robot{.bound = 0, .bound_slope = 0}, box};
+    ASSERT_EQ(filter.update(tag, y).status, Status::ok) << run;
+    parted += filter.parts().size() > 2;
+    for (int k = 0; k < 400; ++k) {
+      const Pose x = inside(k % 4 == 0);
+      if (std::abs(y - tag.measurement(x)(0)) > 0.1 - 1e-12) continue;
+      ++checked;
+      outside += !in_a_part(filter, x);
+    }
+  }
+  EXPECT_EQ(outside, 0);
+  EXPECT_GT(checked, 5000);
+  EXPECT_GT(parted, 500);
+}
+
 TEST(PavedBox, OnePartIsTheGuaranteedBox) {
   Drive drive(31);
   const Box<double, 3> start = drive.start(4, 0.3);

@@ -26,7 +26,7 @@ namespace jml {
 /// of Guaranteed<0>; parts_³/2 volumes.
 template <int parts_ = 8, int columns_per_state = 6>
 struct Paved {
-  static_assert(parts_ >= 1, "jml: Paved<parts>: a paving has at least one box");
+  static_assert(parts_ >= 1, "jml: Paved<parts>: a union has one box or more");
   /// cut() works in place, and has to be taken back.
   static constexpr bool contradiction_changes_nothing = false;
   template <typename Scalar, int n>
