@@ -23,7 +23,7 @@ namespace jml {
 /// bound that depends on the state holds for all of a box of whose centre it is asked. A measurement that no
 /// part can have given is reported and not used: report.violation is that of the part that comes nearest.
 /// Time of a step: at most 1 move of Guaranteed and parts_ of Guaranteed<0>; 1 cut of Guaranteed and 3 parts_
-/// of Guaranteed<0>; parts_³/2 volumes.
+/// of Guaranteed<0>, and as many Jacobians of the sensor; parts_³/2 volumes.
 template <int parts_ = 8, int columns_per_state = 6>
 struct Paved {
   static_assert(parts_ >= 1, "jml: Paved<parts>: a union has one box or more");

@@ -22,7 +22,7 @@ template <typename Scalar, int n>
 template <typename Scalar, int n>
 [[nodiscard]] int meet(Box<Scalar, n>& box, const Box<Scalar, n>& with) {
   for (int i = 0; i < n; ++i) {
-    if (!(gap(box, with, i) <= Scalar(0))) return i;
+    if (!(box.lower(i) <= with.upper(i) && with.lower(i) <= box.upper(i))) return i;
   }
   for (int i = 0; i < n; ++i) {
     box.lower(i) = std::max(box.lower(i), with.lower(i));
