@@ -175,6 +175,26 @@ TEST(PavedBox, TheTruthIsInOneOfThePartsAlways) {
   EXPECT_LT(wider, steps / 50);
 }
 
+// No range sees the heading: parts are bisected along it where its width bends the dynamics, and ranges drop
+// those that point elsewhere. One box keeps the whole turn.
+TEST(PavedBox, FindsTheHeading) {
+  Drive drive(41);
+  drive.robot = {.bound = 0.01, .bound_slope = 0};
+  const Box<double, 3> start = drive.start(0.1, 3.2);
+  Filter paved{Paved<8>{}, drive.robot, start};
+  Filter guaranteed{Guaranteed{}, drive.robot, start};
+  for (int k = 0; k < 60; ++k) {
+    const Way way = drive.go();
+    const Range tag{{k % 2 == 0 ? 10.0 : -10.0, 9}, 0, 0.2};
+    const double y = drive.range(tag);
+    ASSERT_EQ(paved.step(tag, y, 1.0, way).status, Status::ok);
+    ASSERT_EQ(guaranteed.step(tag, y, 1.0, way).status, Status::ok);
+    ASSERT_TRUE(in_a_part(paved, drive.truth)) << k;
+  }
+  EXPECT_LT(paved.box().width()(2), 3.2);  // half of it is ruled out
+  EXPECT_GT(guaranteed.box().width()(2), 6.4);
+}
+
 // Not the truth alone: whatever state of the box explains the range stays. Boxes of all sizes about the tag.
 TEST(PavedBox, NothingIsLostByARange) {
   jml::Noise noise(5);
