@@ -95,6 +95,7 @@ void register_case(const std::string& size, const Case& c) {
   add("/guaranteed", [box](const Case& of) { return jml::Filter{jml::Guaranteed{}, of.dynamics, box(of)}; });
   add("/guaranteed_box",
       [box](const Case& of) { return jml::Filter{jml::Guaranteed<0>{}, of.dynamics, box(of)}; });
+  add("/paved", [box](const Case& of) { return jml::Filter{jml::Paved<8>{}, of.dynamics, box(of)}; });
 }
 
 [[maybe_unused]] const bool registered = [] {

@@ -68,6 +68,8 @@ TEST(BoundedNoiseNoHeap, VanDerPol) {
   expect_no_allocation(Guaranteed{}, oscillator, models::BoundedSaturatingPosition{}, start, Vector1(0.68));
   expect_no_allocation(Guaranteed<0>{}, oscillator, models::BoundedSaturatingPosition{}, start,
                        Vector1(0.68));
+  expect_no_allocation(jml::Paved<4>{}, oscillator, models::BoundedSaturatingPosition{}, start,
+                       Vector1(0.68));
 }
 
 TEST(BoundedNoiseNoHeap, FourStates) {

@@ -16,8 +16,10 @@ TEST(BoundedDemo, TheRobotIsInTheGuaranteedBoxWhereTheBoundsAreHonoured) {
   const Summary plaza{"plaza1_bounded"};
   EXPECT_EQ(plaza["guaranteed_honoured.inside"], 1);
   EXPECT_EQ(plaza["guaranteed_honoured.contradictions"], 0);
-  for (const std::string run :
-       {"guaranteed_honoured", "linearised_honoured", "guaranteed_tight", "linearised_tight"})
+  EXPECT_EQ(plaza["paved_honoured.inside"], 1);
+  EXPECT_EQ(plaza["paved_honoured.contradictions"], 0);
+  for (const std::string run : {"guaranteed_honoured", "linearised_honoured", "paved_honoured",
+                                "guaranteed_tight", "linearised_tight", "paved_tight"})
     EXPECT_EQ(plaza[run + ".refused"], 0) << run;
 }
 
@@ -27,6 +29,16 @@ TEST(BoundedDemo, TheGuaranteedBoxStaysUseful) {
   for (const std::string bound : {"honoured", "tight"}) {
     EXPECT_LE(plaza["guaranteed_" + bound + ".median_width_m"],
               3 * plaza["linearised_" + bound + ".median_width_m"])
+        << bound;
+  }
+}
+
+// Eight boxes keep the promise at the linearised one's width.
+TEST(BoundedDemo, TheUnionIsNoWiderThanTheLinearisedBox) {
+  const Summary plaza{"plaza1_bounded"};
+  for (const std::string bound : {"honoured", "tight"}) {
+    EXPECT_EQ(plaza["paved_" + bound + ".inside"], 1) << bound;
+    EXPECT_LE(plaza["paved_" + bound + ".median_width_m"], plaza["linearised_" + bound + ".median_width_m"])
         << bound;
   }
 }

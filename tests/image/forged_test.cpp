@@ -62,6 +62,11 @@ TEST(ForgedImages, LeadToNothingUndefined) {
                 count),
             count / 2);
   EXPECT_GT(step_from_forged(
+                jml::Filter{jml::Paved<4, 0>{}, Driven{},
+                            jml::Box<double, 2>{Vector<double, 2>(0.5, 0), Vector<double, 2>(1.2, 0.6)}},
+                count / 4),
+            count / 8);
+  EXPECT_GT(step_from_forged(
                 jml::Filter{jml::FixedLag<4, 2>{}, Pushed{}, jml::sensors<jml::Part<Seen>>, pushed_start()},
                 count / 4),
             count / 8);

@@ -29,6 +29,8 @@ TEST(StopAndGoOn, Boxes) {
     return filter.belief().memory.stepped && filter.belief().memory.shaped ? 1 : 0;
   });
   stop_and_go_on("guaranteed, the box alone", boxed<jml::Guaranteed<0>>, push_box);
+  stop_and_go_on("a union of boxes", boxed<jml::Paved<4>>, push_box,
+                 [](const auto& filter) { return filter.parts().size() > 2 ? 1 : 0; });
 }
 
 TEST(StopAndGoOn, MethodsOfOnesOwn) {

@@ -11,12 +11,13 @@
 
 #include <jml/bounded/guaranteed_box.hpp>
 #include <jml/bounded/linearised_box.hpp>
+#include <jml/bounded/paved_box.hpp>
 #include <jml/filter/filter.hpp>
 #include <jml/filter/method.hpp>
 
 namespace jml {
 
-/// How a box moves: Linearised (the source's) or Guaranteed.
+/// How a box moves: Linearised (the source's), Guaranteed, or Paved, a union of boxes.
 template <typename Rule>
 concept BoxRule = requires { typename Rule::template Memory<double, 1>; };
 
@@ -29,6 +30,12 @@ struct BoxBelief {
 
   /// Centre of the box, the conditional mean (2.31). NaN where a bound is missing.
   [[nodiscard]] Vector<Scalar, n> x() const { return box.centre(); }
+  /// Of a union of boxes: its parts, as long as the belief stays as it is.
+  [[nodiscard]] auto parts() const
+    requires requires(const Memory& m, const Box<Scalar_, n>& b) { m.parts(b); }
+  {
+    return memory.parts(box);
+  }
 };
 
 /// The method of a box.

@@ -11,7 +11,6 @@
 #include <utility>
 
 namespace jml {
-
 namespace detail {
 template <typename Scalar, int n>
 struct Loosening;  // filter/way_out.hpp
@@ -27,11 +26,10 @@ concept NoStart = !std::is_convertible_v<const B&, double> && !is_list_of_sensor
 ///     const auto report = filter.step(SaturatingPosition{}, y);
 ///
 /// M: a rule of Table 1 (Kalman, Ekf, Sddre, Jml), Iekf, IteratedJml, FixedLag, Continuous, Algebraic,
-/// Linearised, Guaranteed, or a method of your own (filter/method.hpp). Every refusal leaves belief and time
-/// as they were. Refused by every filter here: invalid_time_step, invalid_control, invalid_measurement,
-/// dynamics_not_finite, sensor_not_finite, and a Q, R or bound that is none, by its name; what else, the
-/// method says. Fixed size, no heap (but a recorder's constructor and CVODE's), no exceptions; objects are
-/// independent.
+/// Linearised, Guaranteed, Paved, or your own (filter/method.hpp). A refusal leaves belief and time as they
+/// were. Refused by all: invalid_time_step, invalid_control, invalid_measurement, dynamics_not_finite,
+/// sensor_not_finite, and a Q, R or bound that is none, by its name; what else, the method says. Fixed size,
+/// no heap (but a recorder's constructor and CVODE's), no exceptions; objects are independent.
 template <typename M, typename D, typename Scalar = double>
 class Filter {
   static_assert(detail::require_method<typename MethodOf<M>::type>() && detail::require_dynamics<D>());
@@ -262,6 +260,12 @@ class Filter {
     requires requires(const Belief& b) { b.box; }
   {
     return (core_.belief.box);
+  }
+  /// Of a union of boxes: its parts, as long as the filter stays as it is.
+  [[nodiscard]] auto parts() const
+    requires requires(const Belief& b) { b.parts(); }
+  {
+    return core_.belief.parts();
   }
 
  protected:
