@@ -57,32 +57,32 @@ struct Column {
   Column<Scalar, left, lanes<Scalar, 4>(left > 0 ? left : 1)> rest;
 
   JML_INLINE void clear() {
-    JML_WRITTEN_OUT for (int c = 0; c < count; ++c) part[c] = P{};
+    repeat<count, 9>([&](int c) JML_INLINE { part[c] = P{}; });
     rest.clear();
   }
   JML_INLINE void load(const Scalar* from) {
-    JML_WRITTEN_OUT for (int c = 0; c < count; ++c) std::memcpy(&part[c], from + c * width, sizeof(P));
+    repeat<count, 9>([&](int c) JML_INLINE { std::memcpy(&part[c], from + c * width, sizeof(P)); });
     rest.load(from + count * width);
   }
   JML_INLINE void store(Scalar* to) const {
-    JML_WRITTEN_OUT for (int c = 0; c < count; ++c) std::memcpy(to + c * width, &part[c], sizeof(P));
+    repeat<count, 9>([&](int c) JML_INLINE { std::memcpy(to + c * width, &part[c], sizeof(P)); });
     rest.store(to + count * width);
   }
   /// += a factor.
   JML_INLINE void add(const Column& a, Scalar factor) {
-    JML_WRITTEN_OUT for (int c = 0; c < count; ++c) part[c] += a.part[c] * factor;
+    repeat<count, 9>([&](int c) JML_INLINE { part[c] += a.part[c] * factor; });
     rest.add(a.rest, factor);
   }
   JML_INLINE void subtract(const Column& a, Scalar factor) {
-    JML_WRITTEN_OUT for (int c = 0; c < count; ++c) part[c] -= a.part[c] * factor;
+    repeat<count, 9>([&](int c) JML_INLINE { part[c] -= a.part[c] * factor; });
     rest.subtract(a.rest, factor);
   }
   JML_INLINE void multiply(const Column& a) {
-    JML_WRITTEN_OUT for (int c = 0; c < count; ++c) part[c] *= a.part[c];
+    repeat<count, 9>([&](int c) JML_INLINE { part[c] *= a.part[c]; });
     rest.multiply(a.rest);
   }
   JML_INLINE void scale(Scalar factor) {
-    JML_WRITTEN_OUT for (int c = 0; c < count; ++c) part[c] *= factor;
+    repeat<count, 9>([&](int c) JML_INLINE { part[c] *= factor; });
     rest.scale(factor);
   }
   [[nodiscard]] JML_INLINE Scalar dot(const Column& b) const {
