@@ -73,6 +73,11 @@ struct Column {
     repeat<count, 9>([&](int c) JML_INLINE { part[c] += a.part[c] * factor; });
     rest.add(a.rest, factor);
   }
+  /// += a factors, by entry.
+  JML_INLINE void add(const Column& a, const Column& factors) {
+    repeat<count, 9>([&](int c) JML_INLINE { part[c] += a.part[c] * factors.part[c]; });
+    rest.add(a.rest, factors.rest);
+  }
   JML_INLINE void subtract(const Column& a, Scalar factor) {
     repeat<count, 9>([&](int c) JML_INLINE { part[c] -= a.part[c] * factor; });
     rest.subtract(a.rest, factor);
@@ -103,6 +108,7 @@ struct Column<Scalar, 0, width> {
   JML_INLINE void load(const Scalar*) {}
   JML_INLINE void store(Scalar*) const {}
   JML_INLINE void add(const Column&, Scalar) {}
+  JML_INLINE void add(const Column&, const Column&) {}
   JML_INLINE void subtract(const Column&, Scalar) {}
   JML_INLINE void scale(Scalar) {}
   JML_INLINE void multiply(const Column&) {}

@@ -179,8 +179,9 @@ struct Strip {
   };
 };
 
-/// out_i += Σ_j a_ij² weights_j.
-template <typename Scalar, int n>
+/// out_i += Σ_j a_ij² weights_j, of rows from `first` on: eight packets and what is left behind them in one
+/// pass.
+template <int first = 0, typename Scalar, int n>
 JML_INLINE inline void add_weighted_squares(const Matrix<Scalar, n, n>& a, const Vector<Scalar, n>& weights,
                                             Vector<Scalar, n>& out) {
   if constexpr (n <= 3) {
@@ -188,17 +189,25 @@ JML_INLINE inline void add_weighted_squares(const Matrix<Scalar, n, n>& a, const
       repeat<n>([&](int j) JML_INLINE { out(i) += a(i, j) * a(i, j) * weights(j); });
     });
   } else {
-    Strip<Scalar, n>::each(n, [&](int i, auto sum) JML_INLINE {
-      auto entry = sum, weighted = sum;
-      sum.load(&out(i));
-      JML_TWICE for (int j = 0; j < n; ++j) {
-        entry.load(&a(i, j));
-        weighted = entry;
-        weighted.scale(weights(j));
-        sum.add(weighted, entry);
-      }
-      sum.store(&out(i));
-    });
+    constexpr int width = lanes<Scalar, n>(n - first);
+    constexpr int most = width > 1 ? 8 * width : 4;  // packets in registers; without them a short loop
+    constexpr int span = n - first < most ? n - first : most;
+    Column<Scalar, span, width> sum;
+    sum.load(&out(first));
+    const auto add_column = [&](int j) JML_INLINE {
+      Column<Scalar, span, width> entry, weighted;
+      entry.load(&a(first, j));
+      weighted = entry;
+      weighted.scale(weights(j));
+      sum.add(weighted, entry);
+    };
+    if constexpr (width > 1) {
+      repeat<n>(add_column);
+    } else {
+      JML_TWICE for (int j = 0; j < n; ++j) add_column(j);
+    }
+    sum.store(&out(first));
+    if constexpr (first + span < n) add_weighted_squares<first + span>(a, weights, out);
   }
 }
 
