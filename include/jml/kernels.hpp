@@ -47,33 +47,96 @@ struct Packet<Scalar, 1> {
   using type = Scalar;
 };
 
-/// Rows [first, rows) of one column of out = start + sign · Σ_k a.col(k) coefficient(k), held in registers.
-/// With `from_zero` there is no start.
-///
-/// Packets never overlap, 15 = 4+4+4+2+1: a load that spans two earlier stores would wait for both.
+/// A column of n numbers in registers: as many packets of the widest kind as fit, then smaller ones. They do
+/// not overlap: a load that spans two earlier stores would wait for both.
+template <typename Scalar, int n, int width = lanes<Scalar, n>(n)>
+struct Column {
+  using P = typename Packet<Scalar, width>::type;
+  static constexpr int count = n / width, left = n % width;
+  P part[count];
+  Column<Scalar, left, lanes<Scalar, 4>(left > 0 ? left : 1)> rest;
+
+  JML_INLINE void clear() {
+    repeat<count, 9>([&](int c) JML_INLINE { part[c] = P{}; });
+    rest.clear();
+  }
+  JML_INLINE void load(const Scalar* from) {
+    repeat<count, 9>([&](int c) JML_INLINE { std::memcpy(&part[c], from + c * width, sizeof(P)); });
+    rest.load(from + count * width);
+  }
+  JML_INLINE void store(Scalar* to) const {
+    repeat<count, 9>([&](int c) JML_INLINE { std::memcpy(to + c * width, &part[c], sizeof(P)); });
+    rest.store(to + count * width);
+  }
+  /// += a factor.
+  JML_INLINE void add(const Column& a, Scalar factor) {
+    repeat<count, 9>([&](int c) JML_INLINE { part[c] += a.part[c] * factor; });
+    rest.add(a.rest, factor);
+  }
+  /// += a factors, by entry.
+  JML_INLINE void add(const Column& a, const Column& factors) {
+    repeat<count, 9>([&](int c) JML_INLINE { part[c] += a.part[c] * factors.part[c]; });
+    rest.add(a.rest, factors.rest);
+  }
+  JML_INLINE void subtract(const Column& a, Scalar factor) {
+    repeat<count, 9>([&](int c) JML_INLINE { part[c] -= a.part[c] * factor; });
+    rest.subtract(a.rest, factor);
+  }
+  JML_INLINE void multiply(const Column& a) {
+    repeat<count, 9>([&](int c) JML_INLINE { part[c] *= a.part[c]; });
+    rest.multiply(a.rest);
+  }
+  JML_INLINE void scale(Scalar factor) {
+    repeat<count, 9>([&](int c) JML_INLINE { part[c] *= factor; });
+    rest.scale(factor);
+  }
+  [[nodiscard]] JML_INLINE Scalar dot(const Column& b) const {
+    P sums = part[0] * b.part[0];
+    JML_WRITTEN_OUT for (int c = 1; c < count; ++c) sums += part[c] * b.part[c];
+    if constexpr (width == 1) {
+      return sums;
+    } else {
+      Scalar sum = rest.dot(b.rest);
+      JML_WRITTEN_OUT for (int l = 0; l < width; ++l) sum += sums[l];
+      return sum;
+    }
+  }
+};
+template <typename Scalar, int width>
+struct Column<Scalar, 0, width> {
+  JML_INLINE void clear() {}
+  JML_INLINE void load(const Scalar*) {}
+  JML_INLINE void store(Scalar*) const {}
+  JML_INLINE void add(const Column&, Scalar) {}
+  JML_INLINE void add(const Column&, const Column&) {}
+  JML_INLINE void subtract(const Column&, Scalar) {}
+  JML_INLINE void scale(Scalar) {}
+  JML_INLINE void multiply(const Column&) {}
+  [[nodiscard]] JML_INLINE Scalar dot(const Column&) const { return Scalar(0); }
+};
+
+/// Rows [first, rows) of one column of out = start + sign · Σ_k a.col(k) coefficient(k), held in registers:
+/// up to eight packets and what is left behind them in one pass over k. With `from_zero` there is no start.
 template <int rows, int inner, int first, int sign, bool from_zero, typename Scalar, typename Coefficient>
 JML_INLINE inline void column(Scalar* out, const Scalar* start, const Scalar* a,
                               const Coefficient& coefficient) {
   if constexpr (rows > 0) {
     constexpr int width = lanes<Scalar, rows>(rows - first);
-    constexpr int packets = (rows - first) / width < 8 ? (rows - first) / width : 8;
-    using P = typename Packet<Scalar, width>::type;
-    [&]<int... c>(std::integer_sequence<int, c...>) JML_INLINE {
-      P sum[packets];
-      if constexpr (from_zero)
-        ((sum[c] = P{}), ...);
-      else
-        (std::memcpy(&sum[c], start + first + c * width, sizeof(P)), ...);
-      repeat<inner>([&](int k) JML_INLINE {
-        const Scalar factor = sign > 0 ? coefficient(k) : -coefficient(k);
-        P term[packets];
-        (std::memcpy(&term[c], a + k * rows + first + c * width, sizeof(P)), ...);
-        ((sum[c] += term[c] * factor), ...);
-      });
-      (std::memcpy(out + first + c * width, &sum[c], sizeof(P)), ...);
-    }(std::make_integer_sequence<int, packets>{});
-    if constexpr (first + packets * width < rows) {
-      column<rows, inner, first + packets * width, sign, from_zero>(out, start, a, coefficient);
+    constexpr int span = rows - first < 8 * width ? rows - first : 8 * width;
+    Column<Scalar, span, width> sum;
+    if constexpr (from_zero)
+      sum.clear();
+    else
+      sum.load(start + first);
+    repeat<inner>([&](int k) JML_INLINE {
+      const Scalar factor = sign > 0 ? coefficient(k) : -coefficient(k);
+      Column<Scalar, span, width> term;
+      term.load(a + k * rows + first);
+      sum.add(term, factor);
+    });
+    sum.store(out + first);
+    if constexpr (first + span < rows) {
+      column<rows, inner, first + span, sign, from_zero>(out, start, a, coefficient);
     }
   }
 }

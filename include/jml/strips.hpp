@@ -179,70 +179,9 @@ struct Strip {
   };
 };
 
-/// A column of n numbers in registers: as many packets of the widest kind as fit, then smaller ones. They do
-/// not overlap: a load that spans two earlier stores would wait for both.
-template <typename Scalar, int n, int width = lanes<Scalar, n>(n)>
-struct Column {
-  using P = typename Packet<Scalar, width>::type;
-  static constexpr int count = n / width, left = n % width;
-  P part[count];
-  Column<Scalar, left, lanes<Scalar, 4>(left > 0 ? left : 1)> rest;
-
-  JML_INLINE void clear() {
-    JML_WRITTEN_OUT for (int c = 0; c < count; ++c) part[c] = P{};
-    rest.clear();
-  }
-  JML_INLINE void load(const Scalar* from) {
-    JML_WRITTEN_OUT for (int c = 0; c < count; ++c) std::memcpy(&part[c], from + c * width, sizeof(P));
-    rest.load(from + count * width);
-  }
-  JML_INLINE void store(Scalar* to) const {
-    JML_WRITTEN_OUT for (int c = 0; c < count; ++c) std::memcpy(to + c * width, &part[c], sizeof(P));
-    rest.store(to + count * width);
-  }
-  /// += a factor.
-  JML_INLINE void add(const Column& a, Scalar factor) {
-    JML_WRITTEN_OUT for (int c = 0; c < count; ++c) part[c] += a.part[c] * factor;
-    rest.add(a.rest, factor);
-  }
-  JML_INLINE void subtract(const Column& a, Scalar factor) {
-    JML_WRITTEN_OUT for (int c = 0; c < count; ++c) part[c] -= a.part[c] * factor;
-    rest.subtract(a.rest, factor);
-  }
-  JML_INLINE void multiply(const Column& a) {
-    JML_WRITTEN_OUT for (int c = 0; c < count; ++c) part[c] *= a.part[c];
-    rest.multiply(a.rest);
-  }
-  JML_INLINE void scale(Scalar factor) {
-    JML_WRITTEN_OUT for (int c = 0; c < count; ++c) part[c] *= factor;
-    rest.scale(factor);
-  }
-  [[nodiscard]] JML_INLINE Scalar dot(const Column& b) const {
-    P sums = part[0] * b.part[0];
-    JML_WRITTEN_OUT for (int c = 1; c < count; ++c) sums += part[c] * b.part[c];
-    if constexpr (width == 1) {
-      return sums;
-    } else {
-      Scalar sum = rest.dot(b.rest);
-      JML_WRITTEN_OUT for (int l = 0; l < width; ++l) sum += sums[l];
-      return sum;
-    }
-  }
-};
-template <typename Scalar, int width>
-struct Column<Scalar, 0, width> {
-  JML_INLINE void clear() {}
-  JML_INLINE void load(const Scalar*) {}
-  JML_INLINE void store(Scalar*) const {}
-  JML_INLINE void add(const Column&, Scalar) {}
-  JML_INLINE void subtract(const Column&, Scalar) {}
-  JML_INLINE void scale(Scalar) {}
-  JML_INLINE void multiply(const Column&) {}
-  [[nodiscard]] JML_INLINE Scalar dot(const Column&) const { return Scalar(0); }
-};
-
-/// out_i += Σ_j a_ij² weights_j.
-template <typename Scalar, int n>
+/// out_i += Σ_j a_ij² weights_j, of rows from `first` on: eight packets and what is left behind them in one
+/// pass.
+template <int first = 0, typename Scalar, int n>
 JML_INLINE inline void add_weighted_squares(const Matrix<Scalar, n, n>& a, const Vector<Scalar, n>& weights,
                                             Vector<Scalar, n>& out) {
   if constexpr (n <= 3) {
@@ -250,17 +189,25 @@ JML_INLINE inline void add_weighted_squares(const Matrix<Scalar, n, n>& a, const
       repeat<n>([&](int j) JML_INLINE { out(i) += a(i, j) * a(i, j) * weights(j); });
     });
   } else {
-    Strip<Scalar, n>::each(n, [&](int i, auto sum) JML_INLINE {
-      auto entry = sum, weighted = sum;
-      sum.load(&out(i));
-      JML_TWICE for (int j = 0; j < n; ++j) {
-        entry.load(&a(i, j));
-        weighted = entry;
-        weighted.scale(weights(j));
-        sum.add(weighted, entry);
-      }
-      sum.store(&out(i));
-    });
+    constexpr int width = lanes<Scalar, n>(n - first);
+    constexpr int most = width > 1 ? 8 * width : 4;  // packets in registers; without them a short loop
+    constexpr int span = n - first < most ? n - first : most;
+    Column<Scalar, span, width> sum;
+    sum.load(&out(first));
+    const auto add_column = [&](int j) JML_INLINE {
+      Column<Scalar, span, width> entry, weighted;
+      entry.load(&a(first, j));
+      weighted = entry;
+      weighted.scale(weights(j));
+      sum.add(weighted, entry);
+    };
+    if constexpr (width > 1) {
+      repeat<n>(add_column);
+    } else {
+      JML_TWICE for (int j = 0; j < n; ++j) add_column(j);
+    }
+    sum.store(&out(first));
+    if constexpr (first + span < n) add_weighted_squares<first + span>(a, weights, out);
   }
 }
 
