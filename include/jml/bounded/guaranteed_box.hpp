@@ -224,7 +224,7 @@ struct Guaranteed {
     }
     for (int i = 0; i < n; ++i) {
       const Scalar half = (box.upper(i) - box.lower(i)) / Scalar(2);
-      if (half < Scalar(0.7) * memory.shape.reach(i)) {
+      if (half < Scalar(0.7) * memory.shape.reach()(i)) {
         const Scalar middle = box.lower(i) + half;
         (void)memory.shape.intersect(Vector<Scalar, n>::Unit(i), middle - memory.shape.centre()(i),
                                      half + memory.shape.rounding * (std::abs(middle) + half));

@@ -35,19 +35,12 @@ class Zonotope {
       axes_(i) += rounding * (axes_(i) + std::abs(centre_(i)));
       kernel::set_zero(rows_[i]);
     }
+    reach_ = axes_ + rounding * axes_;
   }
 
   [[nodiscard]] const State& centre() const { return centre_; }
   /// Half the width of the smallest box around it.
-  [[nodiscard]] State reach() const {
-    State out;
-    for (int i = 0; i < n; ++i) out(i) = reach(i);
-    return out;
-  }
-  [[nodiscard]] Scalar reach(int i) const {
-    const Scalar sum = absolute_sum(rows_[i]) + axes_(i);
-    return sum + rounding * sum;
-  }
+  [[nodiscard]] const State& reach() const { return reach_; }
 
   /// x ↦ A (x - c) + to + inputs s ± error: its new centre is `to`.
   template <int inputs>
@@ -55,7 +48,7 @@ class Zonotope {
            const State& error) {
     static_assert(inputs <= 8 * (n + columns),
                   "jml: more disturbances than the slack for rounding is made for");
-    const State size = kernel::absolute(A) * reach() + kernel::row_sums(input);
+    const State size = kernel::absolute(A) * reach_ + kernel::row_sums(input);
     Matrix<Scalar, n, n + inputs> more;
     for (int j = 0; j < n; ++j) {
       for (int i = 0; i < n; ++i) more(i, j) = A(i, j) * axes_(j);
@@ -64,7 +57,8 @@ class Zonotope {
     axes_ = error + rounding * (size + kernel::absolute(to));
     centre_ = to;
     // T becomes A T, without its axes.
-    keep_largest(more, n + inputs, State(size + axes_), [&](int, const auto& before, auto& after) JML_INLINE {
+    State apart = kernel::zeros<State>();
+    keep_largest(more, n + inputs, apart, State(size + axes_), [&](int, const auto& before, auto& after) JML_INLINE {
       kernel::repeat<n>([&](int i) JML_INLINE {
         after[i] = before[0] * A(i, 0);
         kernel::repeat<n - 1>([&](int k) JML_INLINE { after[i] += before[k + 1] * A(i, k + 1); });
@@ -88,47 +82,53 @@ class Zonotope {
     if (!(std::abs(offset) <= size + width + slack)) return std::abs(offset) - size - width;
     if (std::abs(offset) + size <= width) return 0;  // all of it lies in the strip
     if (!(weight > Scalar(0))) return 0;
-    const State before = reach();
     State gain;
     for (int i = 0; i < n; ++i) gain(i) = (product_sum(rows_[i], along) + axes_(i) * along_axes(i)) / weight;
 
     Matrix<Scalar, n, n + 1> more;
-    State axes = axes_;
+    State apart = axes_;  // an axis that the strip does not see
     int count = 0;
     for (int j = 0; j < n; ++j) {
+      if (h(j) == Scalar(0)) continue;
       for (int i = 0; i < n; ++i) more(i, count) = -(gain(i) * along_axes(j));
       more(j, count++) += axes_(j);
-      axes(j) = 0;
+      apart(j) = 0;
     }
     for (int i = 0; i < n; ++i) more(i, count) = gain(i) * width;
+    const State before = reach_;
     centre_ += gain * offset;
-    axes_ = axes + rounding * (before + kernel::absolute(centre_) +
-                               kernel::absolute(gain) * (size + std::abs(offset) + width));
-    keep_largest(more, count + 1, before, [&](int j, const auto& old, auto& after) JML_INLINE {
+    axes_ = rounding * (before + kernel::absolute(centre_) +
+                        kernel::absolute(gain) * (size + std::abs(offset) + width));
+    keep_largest(more, count + 1, apart, before, [&](int j, const auto& old, auto& after) JML_INLINE {
       const auto there = load<std::remove_cvref_t<decltype(old[0])>>(along.data(), j);
       kernel::repeat<n>([&](int i) JML_INLINE { after[i] = old[i] - there * gain(i); });
     });
     return 0;
   }
 
-  auto each_part(auto&& f) { return f(centre_, axes_, rows_); }
+  auto each_part(auto&& f) { return f(centre_, axes_, reach_, rows_); }
 
  private:
-  /// The columns become change(column), and there are `count` more. As many as that become a box, in the axes
-  /// (Girard 2005): those which a box of their own enlarges least. `unit`: a length for each state.
+  /// The columns become change(column), and there are `count` more, and `apart`, one along each axis. As many
+  /// as that become a box, in the axes (Girard 2005): those which a box of their own enlarges least. `unit`: a
+  /// length for each state.
   template <int most, typename Change>
-  void keep_largest(const Matrix<Scalar, n, most>& more, int count, const State& unit, const Change& change) {
+  void keep_largest(const Matrix<Scalar, n, most>& more, int count, State& apart, const State& unit,
+                    const Change& change) {
     State per_unit;
     for (int i = 0; i < n; ++i) per_unit(i) = unit(i) > Scalar(0) ? Scalar(1) / unit(i) : Scalar(0);
     Row loss;
+    // A column and its box reach as far: the sum of all is known here.
+    Scalar reach[n][kernel::lanes<Scalar, columns>(columns)] = {};
     in_packets<Scalar, columns>([&]<typename P>(int j) JML_INLINE {
       P old[n], column[n], sum{}, largest{};
       kernel::repeat<n>([&](int i) JML_INLINE { old[i] = load<P>(rows_[i].data(), j); });
       change(j, old, column);
       kernel::repeat<n>([&](int i) JML_INLINE {
-        const P part = lanes_absolute<Scalar>(column[i]) * per_unit(i);
+        const P size = lanes_absolute<Scalar>(column[i]), part = size * per_unit(i);
         sum += part;
         largest = lanes_larger(part, largest);
+        store(reach[i], 0, P(load<P>(reach[i], 0) + size));
         store(rows_[i].data(), j, column[i]);
       });
       store(loss.data(), j, P(sum - largest));
@@ -140,7 +140,8 @@ class Zonotope {
     for (int k = 0; k < count; ++k) {
       Scalar sum = 0, largest = 0;
       for (int i = 0; i < n; ++i) {
-        const Scalar part = std::abs(more(i, k)) * per_unit(i);
+        const Scalar size = std::abs(more(i, k)), part = size * per_unit(i);
+        reach[i][0] += size;
         sum += part;
         largest = part > largest ? part : largest;
       }
@@ -155,23 +156,48 @@ class Zonotope {
       if (which[last] >= columns) stays[which[last] - columns] = true;
       least[last] = loss(j);
       which[last] = j;
-      for (int k = 0; k < count; ++k) {
-        if (least[k] > least[last]) last = k;
-      }
+      for (int k = 0; k < count; ++k) last = least[k] > least[last] ? k : last;
     }
+    for (int i = 0; i < n; ++i) reach_(i) = apart(i) + axes_(i);
     int next = 0;
     for (int k = 0; k < count; ++k) {
       const int j = which[k];
-      for (int i = 0; i < n; ++i) axes_(i) += std::abs(j < columns ? rows_[i](j) : more(i, j - columns));
-      if (j >= columns) continue;
+      if (j >= columns) {
+        for (int i = 0; i < n; ++i) axes_(i) += std::abs(more(i, j - columns));
+        continue;
+      }
       while (!stays[next]) ++next;
-      for (int i = 0; i < n; ++i) rows_[i](j) = more(i, next);
+      for (int i = 0; i < n; ++i) {
+        axes_(i) += std::abs(rows_[i](j));
+        rows_[i](j) = more(i, next);
+      }
       ++next;
     }
+    if (least[last] == Scalar(0)) fill(apart);
+    axes_ += apart;
     axes_ += rounding * axes_;
+    for (int i = 0; i < n; ++i) {
+      for (const Scalar lane : reach[i]) reach_(i) += lane;
+    }
+    reach_ += Scalar(2) * rounding * reach_;
+  }
+  /// Columns of zeros become those that are apart.
+  JML_RARE void fill(State& apart) {
+    for (int i = 0, j = 0; i < n; ++i) {
+      if (apart(i) == Scalar(0)) continue;
+      const auto used = [&] {
+        bool any = false;
+        for (const Row& row : rows_) any |= row(j) != Scalar(0);
+        return any;
+      };
+      while (j < columns && used()) ++j;
+      if (j == columns) return;
+      rows_[i](j) = apart(i);
+      apart(i) = 0;
+    }
   }
 
-  State centre_ = kernel::zeros<State>(), axes_ = kernel::zeros<State>();
+  State centre_ = kernel::zeros<State>(), axes_ = kernel::zeros<State>(), reach_ = kernel::zeros<State>();
   Row rows_[n] = {};  ///< of T: what is done to all columns is done in packets
 };
 
