@@ -83,6 +83,7 @@ template <typename Coefficient, typename Side, int rows, int n, typename Target>
   const Side all = target(-1);
   const Scalar above = before[n].low - all.high, below = all.low - before[n].high;
   if (above > Scalar(0) || below > Scalar(0)) return above > below ? above : below;
+  if (all.low <= before[n].low && before[n].high <= all.high) return Scalar(0);  // says nothing
   Side after(Scalar(0));
   kernel::repeat<n>([&](int k) JML_INLINE {
     const int j = n - 1 - k;

@@ -107,7 +107,9 @@ struct MeasuredBox {
                   Scalar(4) * std::numeric_limits<Scalar>::epsilon() *
                       (std::abs(y(row)) + std::abs(middle(row)) + bound(row) + predicted(row).radius());
       Interval<Scalar> sum(Scalar(0));
-      for (int j = 0; j < n; ++j) sum = sum + M(row, j) * offset(j);
+      for (int j = 0; j < n; ++j) {
+        if (!is_zero(M(row, j))) sum = sum + M(row, j) * offset(j);
+      }
       usable[row] = single_valued(s, middle, row, sum, half(row));
     }
     return all_finite(half) && all_finite(innovation);
