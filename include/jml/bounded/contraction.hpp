@@ -12,6 +12,7 @@
 
 #include <jml/bounded/interval.hpp>
 #include <jml/kernels.hpp>
+#include <algorithm>
 #include <type_traits>
 
 namespace jml::detail {
@@ -48,6 +49,21 @@ JML_INLINE inline bool is_zero(Scalar a) {
 template <typename Scalar>
 JML_INLINE inline bool has_sign(Scalar a) {
   return a != Scalar(0);
+}
+
+// With an interval for coefficient, all of them finite.
+template <typename Scalar>
+JML_INLINE inline Span<Scalar> product(const Interval<Scalar>& a, const Span<Scalar>& b) {
+  const Scalar ll = a.low * b.low, lh = a.low * b.high, hl = a.high * b.low, hh = a.high * b.high;
+  return {std::min(std::min(ll, lh), std::min(hl, hh)), std::max(std::max(ll, lh), std::max(hl, hh))};
+}
+template <typename Scalar>
+JML_INLINE inline Span<Scalar> quotient(const Span<Scalar>& a, const Interval<Scalar>& b) {
+  const bool turned = is_negative(b);
+  const Scalar low = turned ? -a.high : a.low, high = turned ? -a.low : a.high;
+  const Scalar least = turned ? -b.high : b.low, most = turned ? -b.low : b.high;
+  return {low / (low < Scalar(0) ? least : most) - Float<Scalar>::smallest_normal,  // where it underflows
+          high / (high < Scalar(0) ? most : least) + Float<Scalar>::smallest_normal};
 }
 
 // The same of intervals.
@@ -92,6 +108,65 @@ template <typename Coefficient, typename Side, int rows, int n, typename Target>
     if (j > 0) after = after + product(a(row, j), offset[j]);
   });
   return Scalar(0);
+}
+
+/// start + Σ_j a(row, j) offset[j]. Rounded to nearest and widened once, by twice what n + 1 products and sums
+/// can have lost.
+template <typename Scalar, int rows, int n>
+[[nodiscard]] inline Interval<Scalar> linear_form(const Interval<Scalar>& start,
+                                                  const Matrix<Interval<Scalar>, rows, n>& a, int row,
+                                                  const Interval<Scalar>* offset) {
+  Span<Scalar> sum(start.low, start.high);
+  Scalar size = mag(start) + Float<Scalar>::smallest_normal;  // that for what underflows
+  kernel::repeat<n>([&](int j) JML_INLINE {
+    const Interval<Scalar>& slope = a(row, j);
+    if (is_zero(slope)) return;
+    size += mag(slope) * mag(offset[j]);
+    sum = sum + product(slope, Span<Scalar>(offset[j].low, offset[j].high));
+  });
+  if (size < Float<Scalar>::infinite) [[likely]] {  // or a product may be none
+    const Scalar slack = Scalar(n + 3) * Float<Scalar>::epsilon() * size;
+    return {sum.low - slack, sum.high + slack};
+  }
+  Interval<Scalar> any = start;
+  for (int j = 0; j < n; ++j) {
+    if (!is_zero(a(row, j))) any = any + a(row, j) * offset[j];
+  }
+  return any;
+}
+
+/// contract() of intervals with one target, rounded likewise: what is lost widens the target.
+template <typename Scalar, int rows, int n>
+[[nodiscard]] inline Scalar contract_once(const Matrix<Interval<Scalar>, rows, n>& a, int row,
+                                          Interval<Scalar> (&offset)[n], const Interval<Scalar>& target) {
+  Span<Scalar> before[n + 1];
+  int state[n], count = 0;
+  Scalar size = mag(target) + Float<Scalar>::smallest_normal;
+  kernel::repeat<n>([&](int j) JML_INLINE {
+    const Interval<Scalar>& slope = a(row, j);
+    if (is_zero(slope)) return;
+    size += mag(slope) * mag(offset[j]);
+    before[count + 1] = before[count] + product(slope, Span<Scalar>(offset[j].low, offset[j].high));
+    state[count++] = j;
+  });
+  if (!(size < Float<Scalar>::infinite)) [[unlikely]]
+    return contract(a, row, offset, [&target](int) { return target; });
+  const Scalar slack = Scalar(n + 5) * Float<Scalar>::epsilon() * size;
+  const Span<Scalar> all = before[count], wide(target.low - slack, target.high + slack);
+  if (all.low > wide.high || all.high < wide.low) return std::max(all.low - wide.high, wide.low - all.high);
+  if (target.low <= all.low && all.high <= target.high) return 0;  // says nothing
+  Span<Scalar> after;
+  for (int k = count - 1; k >= 0; --k) {
+    Interval<Scalar>& side = offset[state[k]];
+    const Interval<Scalar>& slope = a(row, state[k]);
+    if (has_sign(slope)) {
+      const Span<Scalar> left = quotient(wide - (before[k] + after), slope);
+      if (left.low <= side.high && side.low <= left.high)
+        side = {std::max(side.low, left.low), std::min(side.high, left.high)};
+    }
+    if (k > 0) after = after + product(slope, Span<Scalar>(side.low, side.high));
+  }
+  return 0;
 }
 
 }  // namespace jml::detail

@@ -95,10 +95,7 @@ struct Guaranteed {
 
     Box<Scalar, n> next;
     for (int i = 0; i < n; ++i) {
-      Range sum = centre(i);
-      for (int j = 0; j < n; ++j) {
-        if (!is_zero(memory.J(i, j))) sum = sum + memory.J(i, j) * memory.offset[j];
-      }
+      Range sum = detail::linear_form(centre(i), memory.J, i, memory.offset);
       detail::known(sum);
       (void)intersect(sum, image(i), sum);
       sum = sum + push(i);
@@ -209,7 +206,7 @@ struct Guaranteed {
     std::copy_n(memory.offset, n, before);
     for (int i = 0; i < n; ++i) {
       const Interval<Scalar> target = Interval<Scalar>{box.lower(i), box.upper(i)} - memory.rest(i);
-      const Scalar gap = detail::contract(memory.J, i, memory.offset, [&target](int) { return target; });
+      const Scalar gap = detail::contract_once(memory.J, i, memory.offset, target);
       if (gap > Scalar(0)) {
         violation = {-1, i, gap};
         return false;
@@ -225,11 +222,8 @@ struct Guaranteed {
     for (int i = 0; i < n; ++i) {
       bool moved = false;
       for (int j = 0; j < n; ++j) moved |= narrower[j] && !is_zero(memory.J(i, j));
-      image(i) = moved ? memory.rest(i) : Interval<Scalar>::whole();  // else the prediction has it
-      if (!moved) continue;
-      for (int j = 0; j < n; ++j) {
-        if (!is_zero(memory.J(i, j))) image(i) = image(i) + memory.J(i, j) * memory.offset[j];
-      }
+      image(i) = moved ? detail::linear_form(memory.rest(i), memory.J, i, memory.offset)
+                       : Interval<Scalar>::whole();  // the prediction has it
       detail::known(image(i));
     }
     return detail::cut(box, image, violation);

@@ -38,7 +38,7 @@ struct MeasuredBox {
       for (int row = 0; row < p; ++row) {
         if (!usable[row]) continue;
         const auto target = Interval<Scalar>(innovation(row)) + Interval<Scalar>(-half(row), half(row));
-        const Scalar gap = contract(M, row, left, [&target](int) { return target; });
+        const Scalar gap = contract_once(M, row, left, target);
         if (gap > Scalar(0)) return contradiction(report, row, gap);
       }
       bool again = false;
@@ -106,10 +106,7 @@ struct MeasuredBox {
       half(row) = bound(row) + predicted(row).radius() +
                   Scalar(4) * std::numeric_limits<Scalar>::epsilon() *
                       (std::abs(y(row)) + std::abs(middle(row)) + bound(row) + predicted(row).radius());
-      Interval<Scalar> sum(Scalar(0));
-      for (int j = 0; j < n; ++j) {
-        if (!is_zero(M(row, j))) sum = sum + M(row, j) * offset(j);
-      }
+      const Interval<Scalar> sum = linear_form(Interval<Scalar>(Scalar(0)), M, row, offset.data());
       usable[row] = single_valued(s, middle, row, sum, half(row));
     }
     return all_finite(half) && all_finite(innovation);
