@@ -60,7 +60,7 @@ struct Guaranteed {
     const detail::Ranges<Scalar, n> image = dynamics(d, whole, at), centre = dynamics(d, point, at);
     memory.J = dynamics_jacobian(d, whole, at);
     for (int i = 0; i < n * n; ++i) detail::known(memory.J.data()[i]);
-    for (int i = 0; i < n; ++i) memory.offset[i] = whole(i) - point(i);
+    for (int i = 0; i < n; ++i) memory.offset[i] = detail::seen_from(x(i), whole(i));
 
     // G (w̄ + w), |w| ≤ ū.
     detail::Ranges<Scalar, n> push = kernel::filled<detail::Ranges<Scalar, n>>(Range(Scalar(0)));
