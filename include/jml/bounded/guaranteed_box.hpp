@@ -205,7 +205,8 @@ struct Guaranteed {
     Interval<Scalar> before[n];
     std::copy_n(memory.offset, n, before);
     for (int i = 0; i < n; ++i) {
-      const Interval<Scalar> target = Interval<Scalar>{box.lower(i), box.upper(i)} - memory.rest(i);
+      const Interval<Scalar> target(detail::below(box.lower(i) - memory.rest(i).high),
+                                    detail::above(box.upper(i) - memory.rest(i).low));
       const Scalar gap = detail::contract_once(memory.J, i, memory.offset, target);
       if (gap > Scalar(0)) {
         violation = {-1, i, gap};

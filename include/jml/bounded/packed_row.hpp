@@ -20,8 +20,9 @@ JML_INLINE inline void in_packets(Use&& use) {
   if constexpr (first < count) {
     constexpr int width = kernel::lanes<Scalar, count>(count - first);
     constexpr int end = count - (count - first) % width;
-    for (int j = first; j < end; j += width)
-      use.template operator()<typename kernel::Packet<Scalar, width>::type>(j);
+    using P = typename kernel::Packet<Scalar, width>::type;
+    kernel::repeat<(end - first) / width>([&](int k)
+                                              JML_INLINE { use.template operator()<P>(first + k * width); });
     in_packets<Scalar, count, end>(use);
   }
 }
@@ -62,7 +63,8 @@ template <typename Scalar, int count, int first = 0, typename Term>
     constexpr int end = count - (count - first) % width;
     using P = typename kernel::Packet<Scalar, width>::type;
     P packet{};
-    for (int j = first; j < end; j += width) packet += term.template operator()<P>(j);
+    kernel::repeat<(end - first) / width>(
+        [&](int k) JML_INLINE { packet += term.template operator()<P>(first + k * width); });
     Scalar lane[width], sum = 0;
     std::memcpy(lane, &packet, sizeof(P));
     for (int k = 0; k < width; ++k) sum += lane[k];
@@ -70,23 +72,21 @@ template <typename Scalar, int count, int first = 0, typename Term>
   }
 }
 
-template <typename Scalar, int count>
-[[nodiscard]] JML_INLINE inline Scalar absolute_sum(const Vector<Scalar, count>& a) {
+template <int count, typename Scalar>
+[[nodiscard]] JML_INLINE inline Scalar absolute_sum(const Scalar* a) {
   return lanes_sum<Scalar, count>(
-      [&]<typename P>(int j) JML_INLINE { return lanes_absolute<Scalar>(load<P>(a.data(), j)); });
+      [&]<typename P>(int j) JML_INLINE { return lanes_absolute<Scalar>(load<P>(a, j)); });
 }
-template <typename Scalar, int count>
-[[nodiscard]] JML_INLINE inline Scalar product_sum(const Vector<Scalar, count>& a,
-                                                   const Vector<Scalar, count>& b) {
+template <int count, typename Scalar>
+[[nodiscard]] JML_INLINE inline Scalar product_sum(const Scalar* a, const Scalar* b) {
   return lanes_sum<Scalar, count>(
-      [&]<typename P>(int j) JML_INLINE { return P(load<P>(a.data(), j) * load<P>(b.data(), j)); });
+      [&]<typename P>(int j) JML_INLINE { return P(load<P>(a, j) * load<P>(b, j)); });
 }
 /// a += factor · b.
-template <typename Scalar, int count>
-JML_INLINE inline void add_scaled_row(Vector<Scalar, count>& a, Scalar factor, const Vector<Scalar, count>& b) {
-  in_packets<Scalar, count>([&]<typename P>(int j) JML_INLINE {
-    store(a.data(), j, P(load<P>(a.data(), j) + load<P>(b.data(), j) * factor));
-  });
+template <int count, typename Scalar>
+JML_INLINE inline void add_scaled_row(Scalar* a, Scalar factor, const Scalar* b) {
+  in_packets<Scalar, count>(
+      [&]<typename P>(int j) JML_INLINE { store(a, j, P(load<P>(a, j) + load<P>(b, j) * factor)); });
 }
 
 }  // namespace jml::detail

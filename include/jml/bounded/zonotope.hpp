@@ -33,8 +33,8 @@ class Zonotope {
       const Scalar up = box.upper(i) - centre_(i), down = centre_(i) - box.lower(i);
       axes_(i) = up > down ? up : down;
       axes_(i) += rounding * (axes_(i) + std::abs(centre_(i)));
-      kernel::set_zero(rows_[i]);
     }
+    kernel::set_zero(rows_);
     reach_ = axes_ + rounding * axes_;
   }
 
@@ -71,9 +71,9 @@ class Zonotope {
     const State along_axes = kernel::by_entry(axes_, h);
     Row along = kernel::zeros<Row>();
     for (int i = 0; i < n; ++i) {
-      if (h(i) != Scalar(0)) add_scaled_row(along, h(i), rows_[i]);
+      if (h(i) != Scalar(0)) add_scaled_row<columns>(along.data(), h(i), row(i));
     }
-    Scalar size = absolute_sum(along), weight = width * width + product_sum(along, along);
+    Scalar size = absolute_sum<columns>(along.data()), weight = width * width + product_sum<columns>(along.data(), along.data());
     for (int i = 0; i < n; ++i) {
       size += std::abs(along_axes(i));
       weight += along_axes(i) * along_axes(i);
@@ -83,7 +83,7 @@ class Zonotope {
     if (std::abs(offset) + size <= width) return 0;  // all of it lies in the strip
     if (!(weight > Scalar(0))) return 0;
     State gain;
-    for (int i = 0; i < n; ++i) gain(i) = (product_sum(rows_[i], along) + axes_(i) * along_axes(i)) / weight;
+    for (int i = 0; i < n; ++i) gain(i) = (product_sum<columns>(row(i), along.data()) + axes_(i) * along_axes(i)) / weight;
 
     Matrix<Scalar, n, n + 1> more;
     State apart = axes_;  // an axis that the strip does not see
@@ -109,6 +109,8 @@ class Zonotope {
   auto each_part(auto&& f) { return f(centre_, axes_, reach_, rows_); }
 
  private:
+  [[nodiscard]] Scalar* row(int i) { return rows_.data() + i * columns; }
+
   /// The columns become change(column), and there are `count` more, and `apart`, one along each axis. As many
   /// as that become a box, in the axes (Girard 2005): those which a box of their own enlarges least. `unit`: a
   /// length for each state.
@@ -122,14 +124,14 @@ class Zonotope {
     Scalar reach[n][kernel::lanes<Scalar, columns>(columns)] = {};
     in_packets<Scalar, columns>([&]<typename P>(int j) JML_INLINE {
       P old[n], column[n], sum{}, largest{};
-      kernel::repeat<n>([&](int i) JML_INLINE { old[i] = load<P>(rows_[i].data(), j); });
+      kernel::repeat<n>([&](int i) JML_INLINE { old[i] = load<P>(row(i), j); });
       change(j, old, column);
       kernel::repeat<n>([&](int i) JML_INLINE {
         const P size = lanes_absolute<Scalar>(column[i]), part = size * per_unit(i);
         sum += part;
         largest = lanes_larger(part, largest);
         store(reach[i], 0, P(load<P>(reach[i], 0) + size));
-        store(rows_[i].data(), j, column[i]);
+        store(row(i), j, column[i]);
       });
       store(loss.data(), j, P(sum - largest));
     });
@@ -168,8 +170,8 @@ class Zonotope {
       }
       while (!stays[next]) ++next;
       for (int i = 0; i < n; ++i) {
-        axes_(i) += std::abs(rows_[i](j));
-        rows_[i](j) = more(i, next);
+        axes_(i) += std::abs(row(i)[j]);
+        row(i)[j] = more(i, next);
       }
       ++next;
     }
@@ -187,18 +189,19 @@ class Zonotope {
       if (apart(i) == Scalar(0)) continue;
       const auto used = [&] {
         bool any = false;
-        for (const Row& row : rows_) any |= row(j) != Scalar(0);
+        for (int k = 0; k < n; ++k) any |= row(k)[j] != Scalar(0);
         return any;
       };
       while (j < columns && used()) ++j;
       if (j == columns) return;
-      rows_[i](j) = apart(i);
+      row(i)[j] = apart(i);
       apart(i) = 0;
     }
   }
 
   State centre_ = kernel::zeros<State>(), axes_ = kernel::zeros<State>(), reach_ = kernel::zeros<State>();
-  Row rows_[n] = {};  ///< of T: what is done to all columns is done in packets
+  // Tᵀ: what is done to all columns is done to its columns, in packets.
+  Matrix<Scalar, columns, n> rows_ = kernel::zeros<Matrix<Scalar, columns, n>>();
 };
 
 }  // namespace jml::detail
