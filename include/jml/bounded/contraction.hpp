@@ -10,9 +10,9 @@
 #include <jml/warnings_begin.hpp>
 #pragma once
 
+#include <algorithm>
 #include <jml/bounded/interval.hpp>
 #include <jml/kernels.hpp>
-#include <algorithm>
 #include <type_traits>
 
 namespace jml::detail {
@@ -110,8 +110,8 @@ template <typename Coefficient, typename Side, int rows, int n, typename Target>
   return Scalar(0);
 }
 
-/// start + Σ_j a(row, j) offset[j]. Rounded to nearest and widened once, by twice what n + 1 products and sums
-/// can have lost.
+/// start + Σ_j a(row, j) offset[j]. Rounded to nearest and widened once, by twice what n + 1 products and
+/// sums can have lost.
 template <typename Scalar, int rows, int n>
 [[nodiscard]] inline Interval<Scalar> linear_form(const Interval<Scalar>& start,
                                                   const Matrix<Interval<Scalar>, rows, n>& a, int row,
@@ -135,36 +135,45 @@ template <typename Scalar, int rows, int n>
   return any;
 }
 
-/// contract() of intervals with one target, rounded likewise: what is lost widens the target.
+/// contract() of intervals with one target, rounded likewise: what is lost widens the target. A state's own
+/// width is not in what is taken from the target to cut it.
 template <typename Scalar, int rows, int n>
 [[nodiscard]] inline Scalar contract_once(const Matrix<Interval<Scalar>, rows, n>& a, int row,
                                           Interval<Scalar> (&offset)[n], const Interval<Scalar>& target) {
+  constexpr Scalar rounding = Scalar(n + 5) * Float<Scalar>::epsilon();
   Span<Scalar> before[n + 1];
+  Scalar size[n + 1];  // of the target and of what is before
   int state[n], count = 0;
-  Scalar size = mag(target) + Float<Scalar>::smallest_normal;
+  size[0] = mag(target) + Float<Scalar>::smallest_normal;
   kernel::repeat<n>([&](int j) JML_INLINE {
     const Interval<Scalar>& slope = a(row, j);
     if (is_zero(slope)) return;
-    size += mag(slope) * mag(offset[j]);
+    size[count + 1] = size[count] + mag(slope) * mag(offset[j]);
     before[count + 1] = before[count] + product(slope, Span<Scalar>(offset[j].low, offset[j].high));
     state[count++] = j;
   });
-  if (!(size < Float<Scalar>::infinite)) [[unlikely]]
+  if (!(size[count] < Float<Scalar>::infinite)) [[unlikely]]
     return contract(a, row, offset, [&target](int) { return target; });
-  const Scalar slack = Scalar(n + 5) * Float<Scalar>::epsilon() * size;
-  const Span<Scalar> all = before[count], wide(target.low - slack, target.high + slack);
-  if (all.low > wide.high || all.high < wide.low) return std::max(all.low - wide.high, wide.low - all.high);
+  const Span<Scalar> all = before[count];
+  const Scalar gap =
+      std::max(all.low - target.high, target.low - all.high) - Scalar(2) * rounding * size[count];
+  if (gap > Scalar(0)) return gap;
   if (target.low <= all.low && all.high <= target.high) return 0;  // says nothing
   Span<Scalar> after;
+  Scalar size_after = 0;
   for (int k = count - 1; k >= 0; --k) {
     Interval<Scalar>& side = offset[state[k]];
     const Interval<Scalar>& slope = a(row, state[k]);
     if (has_sign(slope)) {
+      const Scalar slack = rounding * (size[k] + size_after);
+      const Span<Scalar> wide(target.low - slack, target.high + slack);
       const Span<Scalar> left = quotient(wide - (before[k] + after), slope);
       if (left.low <= side.high && side.low <= left.high)
         side = {std::max(side.low, left.low), std::min(side.high, left.high)};
     }
-    if (k > 0) after = after + product(slope, Span<Scalar>(side.low, side.high));
+    if (k == 0) break;
+    size_after += mag(slope) * mag(side);
+    after = after + product(slope, Span<Scalar>(side.low, side.high));
   }
   return 0;
 }

@@ -74,19 +74,19 @@ template <typename Scalar, int count, int first = 0, typename Term>
 
 template <int count, typename Scalar>
 [[nodiscard]] JML_INLINE inline Scalar absolute_sum(const Scalar* a) {
-  return lanes_sum<Scalar, count>(
-      [&]<typename P>(int j) JML_INLINE { return lanes_absolute<Scalar>(load<P>(a, j)); });
+  return lanes_sum<Scalar, count>([&]<typename P>(int j)
+                                      JML_INLINE { return lanes_absolute<Scalar>(load<P>(a, j)); });
 }
 template <int count, typename Scalar>
 [[nodiscard]] JML_INLINE inline Scalar product_sum(const Scalar* a, const Scalar* b) {
-  return lanes_sum<Scalar, count>(
-      [&]<typename P>(int j) JML_INLINE { return P(load<P>(a, j) * load<P>(b, j)); });
+  return lanes_sum<Scalar, count>([&]<typename P>(int j)
+                                      JML_INLINE { return P(load<P>(a, j) * load<P>(b, j)); });
 }
 /// a += factor · b.
 template <int count, typename Scalar>
 JML_INLINE inline void add_scaled_row(Scalar* a, Scalar factor, const Scalar* b) {
-  in_packets<Scalar, count>(
-      [&]<typename P>(int j) JML_INLINE { store(a, j, P(load<P>(a, j) + load<P>(b, j) * factor)); });
+  in_packets<Scalar, count>([&]<typename P>(int j)
+                                JML_INLINE { store(a, j, P(load<P>(a, j) + load<P>(b, j) * factor)); });
 }
 
 }  // namespace jml::detail

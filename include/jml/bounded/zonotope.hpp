@@ -58,12 +58,13 @@ class Zonotope {
     centre_ = to;
     // T becomes A T, without its axes.
     State apart = kernel::zeros<State>();
-    keep_largest(more, n + inputs, apart, State(size + axes_), [&](int, const auto& before, auto& after) JML_INLINE {
-      kernel::repeat<n>([&](int i) JML_INLINE {
-        after[i] = before[0] * A(i, 0);
-        kernel::repeat<n - 1>([&](int k) JML_INLINE { after[i] += before[k + 1] * A(i, k + 1); });
-      });
-    });
+    keep_largest(
+        more, n + inputs, apart, State(size + axes_), [&](int, const auto& before, auto& after) JML_INLINE {
+          kernel::repeat<n>([&](int i) JML_INLINE {
+            after[i] = before[0] * A(i, 0);
+            kernel::repeat<n - 1>([&](int k) JML_INLINE { after[i] += before[k + 1] * A(i, k + 1); });
+          });
+        });
   }
 
   /// Intersects with |offset - h (x - c)| ≤ width; returns by how much it misses, 0 where it does not.
@@ -73,7 +74,8 @@ class Zonotope {
     for (int i = 0; i < n; ++i) {
       if (h(i) != Scalar(0)) add_scaled_row<columns>(along.data(), h(i), row(i));
     }
-    Scalar size = absolute_sum<columns>(along.data()), weight = width * width + product_sum<columns>(along.data(), along.data());
+    Scalar size = absolute_sum<columns>(along.data()),
+           weight = width * width + product_sum<columns>(along.data(), along.data());
     for (int i = 0; i < n; ++i) {
       size += std::abs(along_axes(i));
       weight += along_axes(i) * along_axes(i);
@@ -83,7 +85,8 @@ class Zonotope {
     if (std::abs(offset) + size <= width) return 0;  // all of it lies in the strip
     if (!(weight > Scalar(0))) return 0;
     State gain;
-    for (int i = 0; i < n; ++i) gain(i) = (product_sum<columns>(row(i), along.data()) + axes_(i) * along_axes(i)) / weight;
+    for (int i = 0; i < n; ++i)
+      gain(i) = (product_sum<columns>(row(i), along.data()) + axes_(i) * along_axes(i)) / weight;
 
     Matrix<Scalar, n, n + 1> more;
     State apart = axes_;  // an axis that the strip does not see
@@ -97,8 +100,8 @@ class Zonotope {
     for (int i = 0; i < n; ++i) more(i, count) = gain(i) * width;
     const State before = reach_;
     centre_ += gain * offset;
-    axes_ = rounding * (before + kernel::absolute(centre_) +
-                        kernel::absolute(gain) * (size + std::abs(offset) + width));
+    axes_ = rounding *
+            (before + kernel::absolute(centre_) + kernel::absolute(gain) * (size + std::abs(offset) + width));
     keep_largest(more, count + 1, apart, before, [&](int j, const auto& old, auto& after) JML_INLINE {
       const auto there = load<std::remove_cvref_t<decltype(old[0])>>(along.data(), j);
       kernel::repeat<n>([&](int i) JML_INLINE { after[i] = old[i] - there * gain(i); });
@@ -112,8 +115,8 @@ class Zonotope {
   [[nodiscard]] Scalar* row(int i) { return rows_.data() + i * columns; }
 
   /// The columns become change(column), and there are `count` more, and `apart`, one along each axis. As many
-  /// as that become a box, in the axes (Girard 2005): those which a box of their own enlarges least. `unit`: a
-  /// length for each state.
+  /// as that become a box, in the axes (Girard 2005): those which a box of their own enlarges least. `unit`:
+  /// a length for each state.
   template <int most, typename Change>
   void keep_largest(const Matrix<Scalar, n, most>& more, int count, State& apart, const State& unit,
                     const Change& change) {
