@@ -113,7 +113,7 @@ template <typename Coefficient, typename Side, int rows, int n, typename Target>
 /// start + Σ_j a(row, j) offset[j]. Rounded to nearest and widened once, by twice what n + 1 products and
 /// sums can have lost.
 template <typename Scalar, int rows, int n>
-[[nodiscard]] inline Interval<Scalar> linear_form(const Interval<Scalar>& start,
+[[nodiscard]] JML_INLINE inline Interval<Scalar> linear_form(const Interval<Scalar>& start,
                                                   const Matrix<Interval<Scalar>, rows, n>& a, int row,
                                                   const Interval<Scalar>* offset) {
   Span<Scalar> sum(start.low, start.high);
@@ -138,7 +138,7 @@ template <typename Scalar, int rows, int n>
 /// contract() of intervals with one target, rounded likewise: what is lost widens the target. A state's own
 /// width is not in what is taken from the target to cut it.
 template <typename Scalar, int rows, int n>
-[[nodiscard]] inline Scalar contract_once(const Matrix<Interval<Scalar>, rows, n>& a, int row,
+[[nodiscard]] JML_INLINE inline Scalar contract_once(const Matrix<Interval<Scalar>, rows, n>& a, int row,
                                           Interval<Scalar> (&offset)[n], const Interval<Scalar>& target) {
   constexpr Scalar rounding = Scalar(n + 5) * Float<Scalar>::epsilon();
   Span<Scalar> before[n + 1];
