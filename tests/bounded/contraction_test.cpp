@@ -138,6 +138,24 @@ TEST(ContractOnce, MissesByAsMuchAsTheSumDoes) {
   }
 }
 
+// A target that bounds one side alone, and one that holds the whole sum.
+TEST(ContractOnce, OneSideIsCut) {
+  jml::Matrix<I, 1, 2> a;
+  a << I(2), I(-1);
+  for (const bool above : {true, false}) {
+    I offset[] = {I(0, 1), I(0, 1)};  // the sum is in [-1, 2]
+    ASSERT_EQ(jml::detail::contract_once(a, 0, offset, above ? I(-9, 0) : I(1, 9)), 0);
+    EXPECT_NEAR(offset[0].low, above ? 0 : 0.5, 1e-14);
+    EXPECT_NEAR(offset[0].high, above ? 0.5 : 1, 1e-14);
+    EXPECT_EQ(offset[1].low, 0);
+    EXPECT_EQ(offset[1].high, 1);
+  }
+  I offset[] = {I(0, 1), I(0, 1)};
+  ASSERT_EQ(jml::detail::contract_once(a, 0, offset, I(-1, 2)), 0);
+  EXPECT_EQ(offset[0].high, 1);
+  EXPECT_EQ(offset[1].high, 1);
+}
+
 // A quotient that underflows: the exact one is 0.3 of the smallest number.
 TEST(ContractOnce, TinyQuotient) {
   const long double exact = 0.3L * 5e-324L;

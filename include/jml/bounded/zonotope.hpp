@@ -114,6 +114,9 @@ class Zonotope {
  private:
   [[nodiscard]] Scalar* row(int i) { return rows_.data() + i * columns; }
 
+  /// In one pass over rows of T, where columns one by one and a search for each that goes were 82 000 of 105
+  /// 000 instructions of a step with n = 6 and p = 3; with the reach summed on the way it is 30 000.
+  ///
   /// The columns become change(column), and there are `count` more, and `apart`, one along each axis. As many
   /// as that become a box, in the axes (Girard 2005): those which a box of their own enlarges least. `unit`:
   /// a length for each state.
