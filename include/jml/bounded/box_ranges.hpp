@@ -20,6 +20,12 @@ Ranges<Scalar, n> ranges(const Box<Scalar, n>& box) {
   return out;
 }
 
+/// side - point. Neither is asked whether it is zero: 5 % of a step with n = 2.
+template <typename Scalar>
+[[nodiscard]] JML_INLINE inline Interval<Scalar> seen_from(Scalar point, const Interval<Scalar>& side) {
+  return {below(side.low - point), above(side.high - point)};
+}
+
 /// A NaN says nothing about a derivative: it may be any.
 template <typename Scalar>
 void known(Interval<Scalar>& a) {

@@ -10,6 +10,7 @@
 #include <jml/warnings_begin.hpp>
 #pragma once
 
+#include <algorithm>
 #include <jml/bounded/interval.hpp>
 #include <jml/kernels.hpp>
 #include <type_traits>
@@ -50,6 +51,21 @@ JML_INLINE inline bool has_sign(Scalar a) {
   return a != Scalar(0);
 }
 
+// With an interval for coefficient, all of them finite.
+template <typename Scalar>
+JML_INLINE inline Span<Scalar> product(const Interval<Scalar>& a, const Span<Scalar>& b) {
+  const Scalar ll = a.low * b.low, lh = a.low * b.high, hl = a.high * b.low, hh = a.high * b.high;
+  return {std::min(std::min(ll, lh), std::min(hl, hh)), std::max(std::max(ll, lh), std::max(hl, hh))};
+}
+template <typename Scalar>
+JML_INLINE inline Span<Scalar> quotient(const Span<Scalar>& a, const Interval<Scalar>& b) {
+  const bool turned = is_negative(b);
+  const Scalar low = turned ? -a.high : a.low, high = turned ? -a.low : a.high;
+  const Scalar least = turned ? -b.high : b.low, most = turned ? -b.low : b.high;
+  return {low / (low < Scalar(0) ? least : most) - Float<Scalar>::smallest_normal,  // where it underflows
+          high / (high < Scalar(0) ? most : least) + Float<Scalar>::smallest_normal};
+}
+
 // The same of intervals.
 template <typename Scalar>
 JML_INLINE inline Interval<Scalar> product(const Interval<Scalar>& a, const Interval<Scalar>& b) {
@@ -83,6 +99,7 @@ template <typename Coefficient, typename Side, int rows, int n, typename Target>
   const Side all = target(-1);
   const Scalar above = before[n].low - all.high, below = all.low - before[n].high;
   if (above > Scalar(0) || below > Scalar(0)) return above > below ? above : below;
+  if (all.low <= before[n].low && before[n].high <= all.high) return Scalar(0);  // says nothing
   Side after(Scalar(0));
   kernel::repeat<n>([&](int k) JML_INLINE {
     const int j = n - 1 - k;
@@ -91,6 +108,78 @@ template <typename Coefficient, typename Side, int rows, int n, typename Target>
     if (j > 0) after = after + product(a(row, j), offset[j]);
   });
   return Scalar(0);
+}
+
+// Rounding these two sums once, not each product and sum of them: 9 % fewer instructions a step without a
+// zonotope, n = 2 and 6.
+
+/// start + Σ_j a(row, j) offset[j]. Rounded to nearest and widened once, by twice what n + 1 products and
+/// sums can have lost.
+template <typename Scalar, int rows, int n>
+[[nodiscard]] JML_INLINE inline Interval<Scalar> linear_form(const Interval<Scalar>& start,
+                                                             const Matrix<Interval<Scalar>, rows, n>& a,
+                                                             int row, const Interval<Scalar>* offset) {
+  Span<Scalar> sum(start.low, start.high);
+  Scalar size = mag(start) + Float<Scalar>::smallest_normal;  // that for what underflows
+  kernel::repeat<n>([&](int j) JML_INLINE {
+    const Interval<Scalar>& slope = a(row, j);
+    if (is_zero(slope)) return;
+    size += mag(slope) * mag(offset[j]);
+    sum = sum + product(slope, Span<Scalar>(offset[j].low, offset[j].high));
+  });
+  if (size < Float<Scalar>::infinite) [[likely]] {  // or a product may be none
+    const Scalar slack = Scalar(n + 3) * Float<Scalar>::epsilon() * size;
+    return {sum.low - slack, sum.high + slack};
+  }
+  Interval<Scalar> any = start;
+  for (int j = 0; j < n; ++j) {
+    if (!is_zero(a(row, j))) any = any + a(row, j) * offset[j];
+  }
+  return any;
+}
+
+/// contract() of intervals with one target, rounded likewise: what is lost widens the target. A state's own
+/// width is not in what is taken from the target to cut it.
+template <typename Scalar, int rows, int n>
+[[nodiscard]] JML_INLINE inline Scalar contract_once(const Matrix<Interval<Scalar>, rows, n>& a, int row,
+                                                     Interval<Scalar> (&offset)[n],
+                                                     const Interval<Scalar>& target) {
+  constexpr Scalar rounding = Scalar(n + 5) * Float<Scalar>::epsilon();
+  Span<Scalar> before[n + 1];
+  Scalar size[n + 1];  // of the target and of what is before
+  int state[n], count = 0;
+  size[0] = mag(target) + Float<Scalar>::smallest_normal;
+  kernel::repeat<n>([&](int j) JML_INLINE {
+    const Interval<Scalar>& slope = a(row, j);
+    if (is_zero(slope)) return;
+    size[count + 1] = size[count] + mag(slope) * mag(offset[j]);
+    before[count + 1] = before[count] + product(slope, Span<Scalar>(offset[j].low, offset[j].high));
+    state[count++] = j;
+  });
+  if (!(size[count] < Float<Scalar>::infinite)) [[unlikely]]
+    return contract(a, row, offset, [&target](int) { return target; });
+  const Span<Scalar> all = before[count];
+  const Scalar gap =
+      std::max(all.low - target.high, target.low - all.high) - Scalar(2) * rounding * size[count];
+  if (gap > Scalar(0)) return gap;
+  if (target.low <= all.low && all.high <= target.high) return 0;  // says nothing
+  Span<Scalar> after;
+  Scalar size_after = 0;
+  for (int k = count - 1; k >= 0; --k) {
+    Interval<Scalar>& side = offset[state[k]];
+    const Interval<Scalar>& slope = a(row, state[k]);
+    if (has_sign(slope)) {
+      const Scalar slack = rounding * (size[k] + size_after);
+      const Span<Scalar> wide(target.low - slack, target.high + slack);
+      const Span<Scalar> left = quotient(wide - (before[k] + after), slope);
+      if (left.low <= side.high && side.low <= left.high)
+        side = {std::max(side.low, left.low), std::min(side.high, left.high)};
+    }
+    if (k == 0) break;
+    size_after += mag(slope) * mag(side);
+    after = after + product(slope, Span<Scalar>(side.low, side.high));
+  }
+  return 0;
 }
 
 }  // namespace jml::detail

@@ -37,16 +37,16 @@ struct MeasuredBox {
       std::copy_n(offset.data(), n, left);
       for (int row = 0; row < p; ++row) {
         if (!usable[row]) continue;
-        const auto target = Interval<Scalar>(innovation(row)) + Interval<Scalar>(-half(row), half(row));
-        const Scalar gap = contract(M, row, left, [&target](int) { return target; });
+        const Interval<Scalar> target(innovation(row) - half(row), innovation(row) + half(row));
+        const Scalar gap = contract_once(M, row, left, target);
         if (gap > Scalar(0)) return contradiction(report, row, gap);
       }
       bool again = false;
       for (int i = 0; i < n; ++i) {
         again |= left[i].high - left[i].low < Scalar(0.9) * (offset(i).high - offset(i).low);
-        const Interval<Scalar> old = box(i);
-        box(i) = Interval<Scalar>(point(i)) + left[i];
-        (void)intersect(box(i), old, box(i));
+        if (left[i].low == offset(i).low && left[i].high == offset(i).high) continue;
+        const Interval<Scalar> cut(below(point(i) + left[i].low), above(point(i) + left[i].high));
+        (void)intersect(cut, box(i), box(i));
       }
       if (!again || constant()) break;
     }
@@ -98,7 +98,7 @@ struct MeasuredBox {
     for (int i = 0; i < n; ++i) point(i) = point_in(box(i).low, box(i).high);
     const Ranges<Scalar, n> here = kernel::cast<Interval<Scalar>>(point);
     const Vector<Interval<Scalar>, p> predicted = measurement(s, here, at);
-    offset = box - here;
+    for (int i = 0; i < n; ++i) offset(i) = seen_from(point(i), box(i));
     Vector<Scalar, p> middle;
     for (int row = 0; row < p; ++row) middle(row) = predicted(row).centre();
     innovation = measurement_residual(s, y, middle);
@@ -106,8 +106,7 @@ struct MeasuredBox {
       half(row) = bound(row) + predicted(row).radius() +
                   Scalar(4) * std::numeric_limits<Scalar>::epsilon() *
                       (std::abs(y(row)) + std::abs(middle(row)) + bound(row) + predicted(row).radius());
-      Interval<Scalar> sum(Scalar(0));
-      for (int j = 0; j < n; ++j) sum = sum + M(row, j) * offset(j);
+      const Interval<Scalar> sum = linear_form(Interval<Scalar>(Scalar(0)), M, row, offset.data());
       usable[row] = single_valued(s, middle, row, sum, half(row));
     }
     return all_finite(half) && all_finite(innovation);

@@ -11,7 +11,7 @@
 #pragma once
 
 #include <jml/bounded/box.hpp>
-#include <jml/kernels.hpp>
+#include <jml/bounded/packed_row.hpp>
 #include <limits>
 
 namespace jml::detail {
@@ -19,6 +19,7 @@ namespace jml::detail {
 template <typename Scalar, int n, int columns>
 class Zonotope {
   using State = Vector<Scalar, n>;
+  using Row = Vector<Scalar, columns>;
 
  public:
   /// A sum of k rounded terms is within k/2 ε of their absolute sum; this is four times that, for the terms'
@@ -33,15 +34,13 @@ class Zonotope {
       axes_(i) = up > down ? up : down;
       axes_(i) += rounding * (axes_(i) + std::abs(centre_(i)));
     }
-    kernel::set_zero(columns_);
+    kernel::set_zero(rows_);
+    reach_ = axes_ + rounding * axes_;
   }
 
   [[nodiscard]] const State& centre() const { return centre_; }
   /// Half the width of the smallest box around it.
-  [[nodiscard]] State reach() const {
-    const State sum = kernel::row_sums(columns_) + axes_;
-    return sum + rounding * sum;
-  }
+  [[nodiscard]] const State& reach() const { return reach_; }
 
   /// x ↦ A (x - c) + to + inputs s ± error: its new centre is `to`.
   template <int inputs>
@@ -49,91 +48,166 @@ class Zonotope {
            const State& error) {
     static_assert(inputs <= 8 * (n + columns),
                   "jml: more disturbances than the slack for rounding is made for");
-    Matrix<Scalar, n, columns + n + inputs> all;
-    const State size = kernel::absolute(A) * reach() + kernel::row_sums(input);
-    Matrix<Scalar, n, columns> moved;
-    kernel::product(A, columns_, moved);  // A T, without its axes
-    kernel::set_block(all, 0, 0, moved);
+    const State size = kernel::absolute(A) * reach_ + kernel::row_sums(input);
+    Matrix<Scalar, n, n + inputs> more;
     for (int j = 0; j < n; ++j) {
-      for (int i = 0; i < n; ++i) all(i, columns + j) = A(i, j) * axes_(j);
+      for (int i = 0; i < n; ++i) more(i, j) = A(i, j) * axes_(j);
     }
-    kernel::set_block(all, 0, columns + n, input);
+    kernel::set_block(more, 0, n, input);
     axes_ = error + rounding * (size + kernel::absolute(to));
     centre_ = to;
-    keep_largest(all, State(size + axes_));
+    // T becomes A T, without its axes.
+    State apart = kernel::zeros<State>();
+    keep_largest(
+        more, n + inputs, apart, State(size + axes_), [&](int, const auto& before, auto& after) JML_INLINE {
+          kernel::repeat<n>([&](int i) JML_INLINE {
+            after[i] = before[0] * A(i, 0);
+            kernel::repeat<n - 1>([&](int k) JML_INLINE { after[i] += before[k + 1] * A(i, k + 1); });
+          });
+        });
   }
 
   /// Intersects with |offset - h (x - c)| ≤ width; returns by how much it misses, 0 where it does not.
   [[nodiscard]] Scalar intersect(const Vector<Scalar, n>& h, Scalar offset, Scalar width) {
     const State along_axes = kernel::by_entry(axes_, h);
-    Scalar size = 0, weight = width * width;
+    Row along = kernel::zeros<Row>();
+    for (int i = 0; i < n; ++i) {
+      if (h(i) != Scalar(0)) add_scaled_row<columns>(along.data(), h(i), row(i));
+    }
+    Scalar size = absolute_sum<columns>(along.data()),
+           weight = width * width + product_sum<columns>(along.data(), along.data());
     for (int i = 0; i < n; ++i) {
       size += std::abs(along_axes(i));
       weight += along_axes(i) * along_axes(i);
-    }
-    Vector<Scalar, columns> along;
-    for (int j = 0; j < columns; ++j) {
-      along(j) = kernel::dot(kernel::column_of(columns_, j), h);
-      size += std::abs(along(j));
-      weight += along(j) * along(j);
     }
     const Scalar slack = rounding * (size + std::abs(offset) + width);
     if (!(std::abs(offset) <= size + width + slack)) return std::abs(offset) - size - width;
     if (std::abs(offset) + size <= width) return 0;  // all of it lies in the strip
     if (!(weight > Scalar(0))) return 0;
-    const State gain = (columns_ * along + kernel::by_entry(axes_, along_axes)) / weight;
-    const State before = reach();
+    State gain;
+    for (int i = 0; i < n; ++i)
+      gain(i) = (product_sum<columns>(row(i), along.data()) + axes_(i) * along_axes(i)) / weight;
 
-    Matrix<Scalar, n, columns + n + 1> all;
-    for (int j = 0; j < columns; ++j) {
-      for (int i = 0; i < n; ++i) all(i, j) = columns_(i, j) - gain(i) * along(j);
-    }
+    Matrix<Scalar, n, n + 1> more;
+    State apart = axes_;  // an axis that the strip does not see
+    int count = 0;
     for (int j = 0; j < n; ++j) {
-      for (int i = 0; i < n; ++i) all(i, columns + j) = -(gain(i) * along_axes(j));
-      all(j, columns + j) += axes_(j);
+      if (h(j) == Scalar(0)) continue;
+      for (int i = 0; i < n; ++i) more(i, count) = -(gain(i) * along_axes(j));
+      more(j, count++) += axes_(j);
+      apart(j) = 0;
     }
-    kernel::set_column(all, columns + n, gain * width);
+    for (int i = 0; i < n; ++i) more(i, count) = gain(i) * width;
+    const State before = reach_;
     centre_ += gain * offset;
     axes_ = rounding *
             (before + kernel::absolute(centre_) + kernel::absolute(gain) * (size + std::abs(offset) + width));
-    keep_largest(all, before);
+    keep_largest(more, count + 1, apart, before, [&](int j, const auto& old, auto& after) JML_INLINE {
+      const auto there = load<std::remove_cvref_t<decltype(old[0])>>(along.data(), j);
+      kernel::repeat<n>([&](int i) JML_INLINE { after[i] = old[i] - there * gain(i); });
+    });
     return 0;
   }
 
-  auto each_part(auto&& f) { return f(centre_, axes_, columns_); }
+  auto each_part(auto&& f) { return f(centre_, axes_, reach_, rows_); }
 
  private:
-  /// The columns that a box of their own would enlarge most stay; the rest becomes that box, in the axes
-  /// (Girard 2005). `unit`: a length for each state.
-  template <int count>
-  void keep_largest(const Matrix<Scalar, n, count>& all, const State& unit) {
-    Scalar loss[count];
-    for (int j = 0; j < count; ++j) {
+  [[nodiscard]] Scalar* row(int i) { return rows_.data() + i * columns; }
+
+  /// In one pass over the rows of T. Column by column, with a search for each one that goes, the zonotope
+  /// took 82 of the 105 thousand instructions of a step with n = 6 and p = 3; so it takes 30.
+  ///
+  /// The columns become change(column), and there are `count` more, and `apart`, one along each axis. As many
+  /// as that become a box, in the axes (Girard 2005): those which a box of their own enlarges least. `unit`:
+  /// a length for each state.
+  template <int most, typename Change>
+  void keep_largest(const Matrix<Scalar, n, most>& more, int count, State& apart, const State& unit,
+                    const Change& change) {
+    State per_unit;
+    for (int i = 0; i < n; ++i) per_unit(i) = unit(i) > Scalar(0) ? Scalar(1) / unit(i) : Scalar(0);
+    Row loss;
+    // A column and its box reach as far: the sum of all is known here.
+    Scalar reach[n][kernel::lanes<Scalar, columns>(columns)] = {};
+    in_packets<Scalar, columns>([&]<typename P>(int j) JML_INLINE {
+      P old[n], column[n], sum{}, largest{};
+      kernel::repeat<n>([&](int i) JML_INLINE { old[i] = load<P>(row(i), j); });
+      change(j, old, column);
+      kernel::repeat<n>([&](int i) JML_INLINE {
+        const P size = lanes_absolute<Scalar>(column[i]), part = size * per_unit(i);
+        sum += part;
+        largest = lanes_larger(part, largest);
+        store(reach[i], 0, P(load<P>(reach[i], 0) + size));
+        store(row(i), j, column[i]);
+      });
+      store(loss.data(), j, P(sum - largest));
+    });
+
+    // The least so far: first those that are more, then whatever is less than the largest of them.
+    Scalar least[most];
+    int which[most], last = 0;
+    for (int k = 0; k < count; ++k) {
       Scalar sum = 0, largest = 0;
       for (int i = 0; i < n; ++i) {
-        const Scalar part = unit(i) > Scalar(0) ? std::abs(all(i, j)) / unit(i) : Scalar(0);
+        const Scalar size = std::abs(more(i, k)), part = size * per_unit(i);
+        reach[i][0] += size;
         sum += part;
         largest = part > largest ? part : largest;
       }
-      loss[j] = sum - largest;
+      // At no loss those that are there go first: an axis that is kept apart has more to give later.
+      least[k] = std::max(sum - largest, std::numeric_limits<Scalar>::min());
+      which[k] = columns + k;
+      if (least[k] > least[last]) last = k;
     }
-    bool boxed[count] = {};
-    for (int k = 0; k < count - columns; ++k) {
-      int least = -1;
-      for (int j = 0; j < count; ++j) {
-        if (!boxed[j] && (least < 0 || loss[j] < loss[least])) least = j;
+    bool stays[most] = {};
+    for (int j = 0; j < columns; ++j) {
+      if (!(loss(j) < least[last])) continue;
+      if (which[last] >= columns) stays[which[last] - columns] = true;
+      least[last] = loss(j);
+      which[last] = j;
+      for (int k = 0; k < count; ++k) last = least[k] > least[last] ? k : last;
+    }
+    for (int i = 0; i < n; ++i) reach_(i) = apart(i) + axes_(i);
+    int next = 0;
+    for (int k = 0; k < count; ++k) {
+      const int j = which[k];
+      if (j >= columns) {
+        for (int i = 0; i < n; ++i) axes_(i) += std::abs(more(i, j - columns));
+        continue;
       }
-      boxed[least] = true;
-      axes_ += kernel::absolute(kernel::column_of(all, least));
+      while (!stays[next]) ++next;
+      for (int i = 0; i < n; ++i) {
+        axes_(i) += std::abs(row(i)[j]);
+        row(i)[j] = more(i, next);
+      }
+      ++next;
     }
+    if (least[last] == Scalar(0)) fill(apart);
+    axes_ += apart;
     axes_ += rounding * axes_;
-    for (int j = 0, to = 0; j < count; ++j) {
-      if (!boxed[j]) kernel::set_column(columns_, to++, kernel::column_of(all, j));
+    for (int i = 0; i < n; ++i) {
+      for (const Scalar lane : reach[i]) reach_(i) += lane;
+    }
+    reach_ += Scalar(2) * rounding * reach_;
+  }
+  /// Columns of zeros become those that are apart.
+  JML_RARE void fill(State& apart) {
+    for (int i = 0, j = 0; i < n; ++i) {
+      if (apart(i) == Scalar(0)) continue;
+      const auto used = [&] {
+        bool any = false;
+        for (int k = 0; k < n; ++k) any |= row(k)[j] != Scalar(0);
+        return any;
+      };
+      while (j < columns && used()) ++j;
+      if (j == columns) return;
+      row(i)[j] = apart(i);
+      apart(i) = 0;
     }
   }
 
-  State centre_ = kernel::zeros<State>(), axes_ = kernel::zeros<State>();
-  Matrix<Scalar, n, columns> columns_ = kernel::zeros<Matrix<Scalar, n, columns>>();
+  State centre_ = kernel::zeros<State>(), axes_ = kernel::zeros<State>(), reach_ = kernel::zeros<State>();
+  // Tᵀ: what is done to all columns is done to its columns, in packets.
+  Matrix<Scalar, columns, n> rows_ = kernel::zeros<Matrix<Scalar, columns, n>>();
 };
 
 }  // namespace jml::detail
