@@ -256,9 +256,10 @@ def figure(guide, name, contests, rows, configs):
     low, high = min(row["ratio"][1] for row in chosen), max(row["ratio"][2] for row in chosen)
     path = f"figures/peers_{name}.svg"
     os.makedirs(os.path.join(guide, "figures"), exist_ok=True)
-    script = [f'set terminal svg size 900,{150 + 30 * len(names)} font "sans,13" background "white"',
-              f'set output "{os.path.join(guide, path)}"', f'set title "{contests[0]["title"]}" noenhanced', "set logscale x",
-              f"set xrange [{low / 1.3:.3g}:{high * 1.3:.3g}]", 'set xlabel "time of a step over that of the first of its group (bars: quartiles)"',
+    script = [f'set terminal svg size 900,{190 + 30 * len(names)} font "sans,13" background "white"',
+              f'set output "{os.path.join(guide, path)}"', f'set title "{contests[0]["title"]}\\n{{/=11 time of a step over that of the first of its group; bars: quartiles}}"',
+              "set logscale x",
+              f"set xrange [{low / 1.3:.3g}:{high * 1.3:.3g}]",
               "set grid xtics", "set key below horizontal noenhanced", f"set yrange [{len(names) - 0.4}:-0.6]", 'set format x "%g"',
               "set ytics (" + ", ".join(f'"{n}" {i}' for i, n in enumerate(names)) + ") noenhanced",
               "set arrow from 1, graph 0 to 1, graph 1 nohead dt 2"]

@@ -263,6 +263,16 @@ def campaign_section(results):
     return lines
 
 
+def curve(results, stem, flags, x):
+    """What is expected of the first curve of a figure, but for a factor."""
+    if stem == "n":
+        return instructions_ekf(int(x), 2, VECTORS[flags])
+    line = results.points("lag_by_length", "instructions", flags)[:2] if stem == "lag" else []
+    if len(line) < 2:
+        return x
+    return line[0][1] + (line[1][1] - line[0][1]) / (line[1][0] - line[0][0]) * (x - line[0][0])
+
+
 def figure(results, guide, stem, title, axis, unit, names, flags):
     """Time against size, and the slope that is expected."""
     curves = [(name, results.points(name, unit, flags)) for name in names]
@@ -279,10 +289,11 @@ def figure(results, guide, stem, title, axis, unit, names, flags):
     for k, (name, points) in enumerate(curves):
         script.append(f"$p{k} << END\n" + "\n".join(f"{x:g} {y:.6g}" for x, y in points) + "\nEND")
         plots.append(f'$p{k} using 1:2 with linespoints pt 7 ps 0.6 title "{name.split("_by_")[0]}"')
-    x, y = curves[0][1][-1]
-    slope = {"n": 3}.get(stem, 1)
-    if stem != "p":
-        plots.append(f"{y:.6g} * (x / {x:g})**{slope} with lines dt 2 lc 'gray' title 'slope {slope}'")
+    if stem != "p":  # what is expected, through the last point but those of L = 100
+        last = [point for point in curves[0][1] if stem != "lag" or point[0] <= 50][-1]
+        shape = [(x, curve(results, stem, flags, x) / curve(results, stem, flags, last[0]) * last[1]) for x in ticks]
+        script.append("$expected << END\n" + "\n".join(f"{x:g} {y:.6g}" for x, y in shape if x >= 4) + "\nEND")
+        plots.append("$expected using 1:2 with lines dt 2 lw 2 lc 'gray' title 'as expected, through the last'")
     done = subprocess.run(["gnuplot"], input="\n".join(script + ["plot " + ", ".join(plots)]) + "\n", text=True, stderr=subprocess.PIPE)
     if done.returncode != 0:
         print("scaling: gnuplot: " + done.stderr.strip())
