@@ -325,7 +325,8 @@ def write(results, guide):
     lines += ["The same data, the same machine, the same run: jml beside plain loops, other libraries and what one writes by hand. "
               "`cmake --workflow --preset peers` writes this page; [how it measures](../../bench/peers/README.md).", "",
               "- A **contest** is a task with its data. The contenders of one **group** compute the same thing: their results are "
-              "compared first, and one that differs by more than its tolerance is listed as *different result*, and not timed.",
+              "compared first, and one that differs by more than its tolerance is listed as *different result*, and not timed. n: states, "
+              "p: measurements, J: the cost of a whole flight.",
               f"- Then come {' or '.join(str(r) for r in rounds)} **rounds**: in each, every contender runs once, another one first. A ratio is that of two times "
               "of the same round, so that what the machine does besides cancels. Written is **median [quartiles] over these pairs**; "
               "below 1 is faster than the first of the group.",

@@ -112,9 +112,10 @@ class Runner:
         if done.returncode != 0:
             say(done.stdout + done.stderr)
             return False
-        targets = sorted({self.program(c, e) for c in self.asked for e in c["contenders"]
+        contests = [contest for contest in self.asked if config["name"] in contest.get("configs", [config["name"]])]
+        targets = sorted({self.program(c, e) for c in contests for e in c["contenders"]
                           if "run" not in e and takes_part(e, config)}
-                         | {"nothing-" + c.get("program", c["name"]) for c in self.asked})
+                         | {"nothing-" + c.get("program", c["name"]) for c in contests})
         known = {line.split(":")[0] for line in
                  run(["ninja", "-C", directory, "-t", "targets", "all"]).stdout.splitlines()}
         targets = [t for t in targets if t in known]
