@@ -219,10 +219,11 @@ class Runner:
             rows.append(row)
             say(f"  {config['name']:<28} {contest['name']:<12} {contender['name']:<20} {row['status']} {row['why']}")
         timed = [row for row in rows if row["status"] == "timed"]
+        repeats = {contender["name"]: contender["repeat"] for contender in contest["contenders"] if "repeat" in contender}
         for row in timed:
             rough = max(row["line"]["ns_per_step"], 1)
             row["timed_steps"] = contest["steps"] or max(64, 64 * round(SAMPLE_NS / rough / 64))
-            row["repeat"] = contest.get("repeat", 5 if not contest["steps"] else 1)
+            row["repeat"] = repeats.get(row["contender"], contest.get("repeat", 5 if not contest["steps"] else 1))
             row["rounds"] = []
         for i in range(ROUNDS):
             turn = i % max(1, len(timed))
