@@ -209,6 +209,10 @@ class Runner:
                              if row["difference_" + key] is not None), default=0)
                 if contender.get("tolerance") is not None and not worst <= contender["tolerance"]:
                     row.update(status="different result", why=f"{worst:.2g} from {row['reference']}")
+                for key, tolerance in contest.get("tolerance_of", {}).items():
+                    a, b = line.get(key), reference["line"].get(key)
+                    if a is None or b is None or not abs(a - b) <= tolerance * abs(b):
+                        row.update(status="different result", why=f"{key} {a} where {row['reference']} has {b}")
             for key in ("allocations_per_step", "peak_kb", "state_bytes"):
                 row[key] = line.get(key)
             for key in contest.get("show", []):
