@@ -318,7 +318,7 @@ def write(results, guide):
     rows, configs, runs = results["rows"], results["configs"], results["runs"]
     measured = [contest for contest in results["contests"] if key(contest) in runs]
     rounds = sorted({run["rounds"] for run in runs.values()})
-    processors = {run["processor"] for run in runs.values()}
+    processors, states = {run["processor"] for run in runs.values()}, {run.get("jml", "") for run in runs.values()}
     lines = ["# Measured against the field", ""]
     if any(run["quick"] for run in runs.values()):
         lines += ["**A quick run, to try the programs: its numbers are not for quoting.**", ""]
@@ -354,8 +354,8 @@ def write(results, guide):
             if len(contests) > 1:
                 lines += ["", f"### {name}, {contest['steps']} steps"]
             run = runs[key(contest)]
-            if len(processors) > 1 or len(rounds) > 1:
-                lines += ["", f"{run['rounds']} rounds, {run['processor']}, {run['date']}."]
+            if len(processors) > 1 or len(rounds) > 1 or len(states) > 1:
+                lines += ["", f"{run['rounds']} rounds, {run['processor']}, {run['date']}, jml {run.get('jml', '')}."]
             lines += contest_tables(contest, of_it, used)
             lines += resources_table(of_it, used[0]["name"], contest.get("show", []))
     lines += ["", "## Notes", ""] + ["- " + text for text in results["notes"]]
@@ -365,8 +365,8 @@ def write(results, guide):
     lines += ["", "## Commands", "", "```sh", "cmake --workflow --preset peers                               # all of it, on a quiet machine",
               "JML_PEERS_CONTESTS='n15,lag_*' cmake --workflow --preset peers  # these anew, the others as they were",
               "```", ""]
-    lines.append(f"Measured {' and '.join(sorted({run['date'] for run in runs.values()}))}: {results['seconds'][0] / 60:.0f} min to build, "
-                 f"{sum(run['seconds'] for run in runs.values()) / 60:.0f} min to measure. All numbers: [results/peers.csv](results/peers.csv).")
+    lines.append(f"Measured {' and '.join(sorted({run['date'] for run in runs.values()}))}, in "
+                 f"{sum(run['seconds'] for run in runs.values()) / 60:.0f} min without building. All numbers: [results/peers.csv](results/peers.csv).")
     os.makedirs(guide, exist_ok=True)
     store(rows, os.path.join(guide, "results", "peers.csv"))
     with open(os.path.join(guide, "peers.md"), "w") as file:

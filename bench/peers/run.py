@@ -340,7 +340,7 @@ def merged(earlier, runner, contest, rows, seconds):
     place = {page.key(c): i for i, c in enumerate(runner.contests)}
     earlier["rows"] = sorted((row for row in earlier["rows"] if page.key_of(row) in place),
                              key=lambda row: place[page.key_of(row)])  # stable: rows of a contest stay in order
-    earlier["runs"][key] = {"rounds": ROUNDS, "seconds": seconds, "processor": page.processor(), "quick": QUICK,
+    earlier["runs"][key] = {"rounds": ROUNDS, "seconds": seconds, "processor": page.processor(), "quick": QUICK, "jml": page.jml(),
                             "date": time.strftime("%Y-%m-%d", time.gmtime())}
     return earlier
 
@@ -363,14 +363,12 @@ def main():
         say(f"peers: no contest {', '.join(wrong)}; there are {', '.join(names)}, scaling_filters, scaling_lag, "
             "scaling_batch, scaling_memory, scaling_campaign")
         return 2
-    results = {"rows": [], "runs": {}, "seconds": [0, 0]}
+    results = {"rows": [], "runs": {}}
     if os.path.exists(dump) and (ONLY or arguments.page_alone):
         with open(dump) as file:
             results = json.load(file)
     if runner.asked and not arguments.page_alone:
-        started = time.monotonic()
         runner.build_all()
-        built = time.monotonic()
         if BUILD_ALONE:
             return 0
         for contest in runner.asked:
@@ -384,8 +382,6 @@ def main():
             took = time.monotonic() - begin
             say(f"peers: {page.key(contest)} took {took:.0f} s")
             results = merged(results, runner, contest, rows, took)
-            if not ONLY:
-                results["seconds"] = [built - started, time.monotonic() - built]
             results.update(contests=runner.contests, configs=runner.configs if not ONLY else
                            results.get("configs", runner.configs), not_measured=runner.not_measured,
                            notes=runner.notes, versions=page.versions(runner))

@@ -65,7 +65,7 @@ class Measuring(unittest.TestCase):
     def test_a_part_anew_leaves_the_others(self):
         one, other = (contest(name, self.script, ["plain"]) for name in ("one", "other"))
         self.runner.contests = [one, other]
-        results = {"rows": [], "runs": {}, "seconds": [0, 0]}
+        results = {"rows": [], "runs": {}}
         for part in (other, one):
             results = run.merged(results, self.runner, part, self.runner.measure(CONFIG, part), 1.0)
         self.assertEqual([row["contest"] for row in results["rows"]], ["one", "other"])
@@ -81,7 +81,7 @@ class Measuring(unittest.TestCase):
             row.pop("command", None)
             row["contender"] = names[row["contender"]]
             row["reference"] = "loops_ekf"
-        results = run.merged({"rows": [], "runs": {}, "seconds": [0, 0]}, type("Of", (), {"contests": [part]}), part, rows, 1.0)
+        results = run.merged({"rows": [], "runs": {}}, type("Of", (), {"contests": [part]}), part, rows, 1.0)
         results.update(contests=[part], configs=[CONFIG], not_measured=["The moon."], notes=["A note."], versions=[("made", "up")])
         guide = os.path.join(self.directory.name, "guide")
         page.write(json.loads(json.dumps(results)), guide)
