@@ -257,7 +257,7 @@ def figure(guide, name, contests, rows, configs):
     path = f"figures/peers_{name}.svg"
     os.makedirs(os.path.join(guide, "figures"), exist_ok=True)
     script = [f'set terminal svg size 900,{190 + 30 * len(names)} font "sans,13" background "white"',
-              f'set output "{os.path.join(guide, path)}"', f'set title "{contests[0]["title"]}\\n{{/=11 time of a step over that of the first of its group; bars: quartiles}}"',
+              f'set output "{os.path.join(guide, path)}"', f'set title "{{/={11 if len(contests[0]["title"]) > 50 else 13} {contests[0]["title"]}}}\\n{{/=11 time of a step over that of the first of its group; bars: quartiles}}"',
               "set logscale x",
               f"set xrange [{low / 1.3:.3g}:{high * 1.3:.3g}]",
               "set grid xtics", "set key below horizontal noenhanced", f"set yrange [{len(names) - 0.4}:-0.6]", 'set format x "%g"',
