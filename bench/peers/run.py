@@ -9,6 +9,7 @@ JML_PEERS_CONTESTS=n2,lag_*   these contests alone; the others keep the rows of 
 JML_PEERS_ROUNDS=n
 """
 import argparse
+import concurrent.futures
 import csv
 import fnmatch
 import glob
@@ -218,11 +219,14 @@ class Runner:
             for key in contest.get("show", []):
                 row[key] = line.get(key)
             row["code_bytes"] = self.code_size(config, contest, command, contender)
-            if row["status"] == "timed":
-                row["instructions_per_step"] = self.count(config, contest, contender, command)
             rows.append(row)
             say(f"  {config['name']:<28} {contest['name']:<12} {contender['name']:<20} {row['status']} {row['why']}")
         timed = [row for row in rows if row["status"] == "timed"]
+        by_name = {contender["name"]: contender for contender in contest["contenders"]}
+        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:  # before anything is timed
+            counts = pool.map(lambda row: self.count(config, contest, by_name[row["contender"]], row["command"]), timed)
+            for row, count in zip(timed, counts):
+                row["instructions_per_step"] = count
         repeats = {contender["name"]: contender["repeat"] for contender in contest["contenders"] if "repeat" in contender}
         for row in timed:
             rough = max(row["line"]["ns_per_step"], 1)
@@ -275,7 +279,7 @@ class Runner:
 
     def count(self, config, contest, contender, command):
         """Instructions of one step: what some more steps take."""
-        steps = contest.get("count_steps")
+        steps = contender.get("count_steps", contest.get("count_steps"))
         if not steps or ("count" in contender and contender["count"] is None):
             return None
         counter = os.path.join(self.build, config["directory"], "count_instructions")

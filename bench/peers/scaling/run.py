@@ -8,6 +8,7 @@ JML_PEERS_BUILD=1    builds and measures nothing
 JML_PEERS_CONTESTS=scaling_lag,scaling_batch    these parts alone; the others keep the rows of earlier runs
 """
 import argparse
+import concurrent.futures
 import csv
 import fnmatch
 import json
@@ -86,18 +87,21 @@ class Study:
 
     def sizes(self, name, study_of):
         """Time in interleaved rounds and instructions of a step, of every point of a program."""
-        for flags, directory in LEVELS:
+        say(f"scaling: {name}, instructions")
+        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:  # before anything is timed
+            counts = list(pool.map(lambda level: self.count(level[1], self.program(level[1], name)), LEVELS))
+        for (flags, directory), counted in zip(LEVELS, counts):
             program = self.program(directory, name)
             say(f"scaling: {name}, g++ {flags}")
             listed = [line.split(",") for line in output([program, "list"])]
             for unit, lines in (("ns", output([program, "time", str(ROUNDS)])),
-                                ("instructions", self.count(directory, program))):
+                                ("instructions", counted)):
                 for (series, size, n, p), line in zip(listed, lines):
                     rounds = [float(value) for value in str(line).split(",")]
                     self.add(study_of(series), flags, series, float(size), statistics.median(rounds), unit, n=int(n), p=int(p),
                              **({"rounds": rounds} if unit == "ns" else {}))
 
-    def count(self, directory, program, steps=2):
+    def count(self, directory, program, steps=1):
         try:
             counter = self.program(directory, "count_instructions")
             return [float(line) / steps for line in output([counter, program, "count", str(steps)], 900)]
