@@ -204,10 +204,10 @@ class Runner:
                 if row["status"] == "timed":
                     references[contender["group"]] = row
             else:
-                for key in ("x", "P_diagonal"):
+                for key in ("x", "P_diagonal") if contender.get("tolerance") is not None else ():
                     row["difference_" + key] = difference(line.get(key), reference["line"].get(key))
                 worst = max((row["difference_" + key] for key in ("x", "P_diagonal")
-                             if row["difference_" + key] is not None), default=0)
+                             if row.get("difference_" + key) is not None), default=0)
                 if contender.get("tolerance") is not None and not worst <= contender["tolerance"]:
                     row.update(status="different result", why=f"{worst:.2g} from {row['reference']}")
                 for key, tolerance in contest.get("tolerance_of", {}).items():

@@ -101,6 +101,14 @@ class Measuring(unittest.TestCase):
         self.assertIn("n2/gpp-O2/jml_ekf.ns_per_step,300,ns", stored)
         self.assertFalse([line for line in stored if "/other." in line])
 
+    def test_targets_name_contests_and_contenders_that_are_there(self):
+        there = {page.key(part): {entry["name"] for entry in part["contenders"]} for part in run.Runner(self.directory.name).contests}
+        for what, contests, name, others, _, _ in page.TARGETS:
+            for at in contests:
+                self.assertIn(at, there, what)
+                for contender in [name, *(others or [])]:
+                    self.assertIn(contender, there[at], what)
+
     def test_met_is_by_the_median(self):
         self.assertEqual(page.verdict([1.05, 1.0, 1.08], 1.1, "most"), "met")
         self.assertEqual(page.verdict([1.15, 1.05, 1.2], 1.1, "most"), "**missed**, within its scatter")
