@@ -141,7 +141,7 @@ class Study:
             self.add("memory", "-O2", "lag_memory", steps, own, "kB", peak_kb=peak, allocations=asked)
 
     def campaign(self):
-        runs = "512" if QUICK else "2048"
+        runs = "2048" if QUICK else "8192"
         self.facts.pop("gain_threads", None)
         self.facts.pop("gain_ranks", None)
         alone = self.program("gpp-O2", "scaling_campaign")
