@@ -85,11 +85,11 @@ class Study:
     def as_json(self):
         return {"rows": self.rows, "facts": self.facts, "runs": self.runs}
 
-    def sizes(self, name, study_of):
+    def sizes(self, name, study_of, steps=1):
         """Time in interleaved rounds and instructions of a step, of every point of a program."""
         say(f"scaling: {name}, instructions")
         with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:  # before anything is timed
-            counts = list(pool.map(lambda level: self.count(level[1], self.program(level[1], name)), LEVELS))
+            counts = list(pool.map(lambda level: self.count(level[1], self.program(level[1], name), steps), LEVELS))
         for (flags, directory), counted in zip(LEVELS, counts):
             program = self.program(directory, name)
             say(f"scaling: {name}, g++ {flags}")
@@ -101,7 +101,7 @@ class Study:
                     self.add(study_of(series), flags, series, float(size), statistics.median(rounds), unit, n=int(n), p=int(p),
                              **({"rounds": rounds} if unit == "ns" else {}))
 
-    def count(self, directory, program, steps=1):
+    def count(self, directory, program, steps):
         try:
             counter = self.program(directory, "count_instructions")
             return [float(line) / steps for line in output([counter, program, "count", str(steps)], 900)]
@@ -113,7 +113,7 @@ class Study:
         self.sizes("scaling_steps", lambda series: series.rsplit("by_", 1)[1] if "n30" not in series else "n30")
 
     def lag(self):
-        self.sizes("scaling_lag", lambda series: "lag")
+        self.sizes("scaling_lag", lambda series: "lag", steps=2)
 
     def batch(self):
         program = self.program("gpp-O2", "scaling_batch")
