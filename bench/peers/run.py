@@ -2,13 +2,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Builds the contenders of every contest, compares their results, then times them in interleaved rounds.
 
-run.py --build DIRECTORY --page FILE    (Python's standard library alone; the protocol is in README.md)
-JML_PEERS_QUICK=1       5 rounds in place of 21, one compiler
-JML_PEERS_CONTESTS=n2,n6    these contests alone
+run.py --build DIRECTORY --guide DIRECTORY    (Python's standard library alone; the protocol is in README.md)
+JML_PEERS_QUICK=1             5 rounds in place of 21, g++ -O2 alone; the page stays in the build directory
+JML_PEERS_BUILD=1             builds what is asked for and measures nothing: beforehand, on a busy machine
+JML_PEERS_CONTESTS=n2,lag_*   these contests alone; the others keep the rows of earlier runs
 JML_PEERS_ROUNDS=n
 """
 import argparse
+import concurrent.futures
 import csv
+import fnmatch
 import glob
 import json
 import math
@@ -25,6 +28,7 @@ SOURCE = os.path.dirname(os.path.abspath(__file__))
 QUICK = os.environ.get("JML_PEERS_QUICK", "") not in ("", "0")
 ROUNDS = int(os.environ.get("JML_PEERS_ROUNDS", "5" if QUICK else "21"))
 ONLY = [name for name in os.environ.get("JML_PEERS_CONTESTS", "").split(",") if name]
+BUILD_ALONE = os.environ.get("JML_PEERS_BUILD", "") not in ("", "0")
 SAMPLE_NS = 4e6  # of one inner repeat of a filter's loop
 
 CONFIGS = [
@@ -43,6 +47,11 @@ def run(command, timeout=600, **more):
     return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=timeout, **more)
 
 
+def asked_for(name):
+    """Whether JML_PEERS_CONTESTS names it; all is asked for where it is empty. scaling/run.py has names of its own."""
+    return not ONLY or any(fnmatch.fnmatchcase(name, pattern) for pattern in ONLY)
+
+
 class Runner:
     def __init__(self, build):
         self.build = build
@@ -50,7 +59,7 @@ class Runner:
         self.python = os.path.join(build, "venv", "bin", "python")
         self.skipped = {}  # (config, program) or program -> why
         self.reasons = {}  # contender -> why, of install-peers.sh and of the builds
-        self.contests, self.builds, self.not_measured, self.notes = [], [], [], []
+        self.contests, self.asked, self.builds, self.not_measured, self.notes = [], [], [], [], []
         for path in sorted(glob.glob(os.path.join(SOURCE, "*.json"))):
             with open(path) as file:
                 content = json.load(file)
@@ -58,11 +67,10 @@ class Runner:
             self.not_measured += content.get("not_measured", [])
             self.notes += content.get("notes", [])
             for contest in content["contests"]:
-                if ONLY and contest["name"] not in ONLY:
-                    continue
                 steps = contest.get("steps")
                 for some in steps if isinstance(steps, list) else [steps]:
                     self.contests.append({**contest, "steps": some})
+        self.asked = [contest for contest in self.contests if asked_for(contest["name"])]
 
     # ---- building ----
 
@@ -72,7 +80,7 @@ class Runner:
             self.reasons[name] = why
         self.configs = []
         for config in CONFIGS:
-            if QUICK and config["compiler"] != "g++":
+            if QUICK and config["name"] != "g++ -O2":
                 continue
             if shutil.which(config["compiler"]) is None:
                 say(f"peers: skipped every measurement with {config['compiler']}: not installed")
@@ -80,7 +88,10 @@ class Runner:
                 continue
             if self.build_config(config):
                 self.configs.append(config)
+        running = {entry["name"] for contest in self.asked for entry in contest["contenders"]}
         for entry in self.builds:
+            if running.isdisjoint([entry["name"], *entry.get("also", [])]):
+                continue
             command = [self.fill(word, {}) for word in entry["command"]]
             if entry["name"] in self.reasons or shutil.which(command[0]) is None:
                 for name in [entry["name"], *entry.get("also", [])]:
@@ -90,6 +101,7 @@ class Runner:
             say(f"peers: building {entry['name']}")
             done = run(command, 1800, env=environment, cwd=SOURCE)
             if done.returncode != 0:
+                say(f"peers: {entry['name']} was not built: {last_line(done.stderr)}")
                 for name in [entry["name"], *entry.get("also", [])]:
                     self.reasons.setdefault(name, "did not build: " + last_line(done.stderr))
 
@@ -101,9 +113,10 @@ class Runner:
         if done.returncode != 0:
             say(done.stdout + done.stderr)
             return False
-        targets = sorted({self.program(c, e) for c in self.contests for e in c["contenders"]
+        contests = [contest for contest in self.asked if config["name"] in contest.get("configs", [config["name"]])]
+        targets = sorted({self.program(c, e) for c in contests for e in c["contenders"]
                           if "run" not in e and takes_part(e, config)}
-                         | {"nothing-" + c.get("program", c["name"]) for c in self.contests})
+                         | {"nothing-" + c.get("program", c["name"]) for c in contests})
         known = {line.split(":")[0] for line in
                  run(["ninja", "-C", directory, "-t", "targets", "all"]).stdout.splitlines()}
         targets = [t for t in targets if t in known]
@@ -188,30 +201,39 @@ class Runner:
             reference = references.get(contender["group"])
             row["reference"] = contender["name"] if reference is None else reference["contender"]
             if reference is None:
-                references[contender["group"]] = row
+                if row["status"] == "timed":
+                    references[contender["group"]] = row
             else:
-                for key in ("x", "P_diagonal"):
+                for key in ("x", "P_diagonal") if contender.get("tolerance") is not None else ():
                     row["difference_" + key] = difference(line.get(key), reference["line"].get(key))
                 worst = max((row["difference_" + key] for key in ("x", "P_diagonal")
-                             if row["difference_" + key] is not None), default=0)
+                             if row.get("difference_" + key) is not None), default=0)
                 if contender.get("tolerance") is not None and not worst <= contender["tolerance"]:
                     row.update(status="different result", why=f"{worst:.2g} from {row['reference']}")
+                for key, tolerance in contest.get("tolerance_of", {}).items():
+                    a, b = line.get(key), reference["line"].get(key)
+                    if a is None or b is None or not abs(a - b) <= tolerance * abs(b):
+                        row.update(status="different result", why=f"{key} {a} where {row['reference']} has {b}")
             for key in ("allocations_per_step", "peak_kb", "state_bytes"):
                 row[key] = line.get(key)
             for key in contest.get("show", []):
                 row[key] = line.get(key)
             row["code_bytes"] = self.code_size(config, contest, command, contender)
-            if row["status"] == "timed":
-                row["instructions_per_step"] = self.count(config, contest, contender, command)
             rows.append(row)
             say(f"  {config['name']:<28} {contest['name']:<12} {contender['name']:<20} {row['status']} {row['why']}")
         timed = [row for row in rows if row["status"] == "timed"]
+        by_name = {contender["name"]: contender for contender in contest["contenders"]}
+        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:  # before anything is timed
+            counts = pool.map(lambda row: self.count(config, contest, by_name[row["contender"]], row["command"]), timed)
+            for row, count in zip(timed, counts):
+                row["instructions_per_step"] = count
+        repeats = {contender["name"]: contender["repeat"] for contender in contest["contenders"] if "repeat" in contender}
         for row in timed:
             rough = max(row["line"]["ns_per_step"], 1)
             row["timed_steps"] = contest["steps"] or max(64, 64 * round(SAMPLE_NS / rough / 64))
-            row["repeat"] = contest.get("repeat", 5 if not contest["steps"] else 1)
+            row["repeat"] = repeats.get(row["contender"], contest.get("repeat", 5 if not contest["steps"] else 1))
             row["rounds"] = []
-        for i in range(contest.get("rounds", ROUNDS) if not QUICK else ROUNDS):
+        for i in range(ROUNDS):
             turn = i % max(1, len(timed))
             for row in timed[turn:] + timed[:turn]:  # another one is first in each round
                 line, why = self.call(row["command"], contest, row["timed_steps"], row["repeat"])
@@ -257,7 +279,7 @@ class Runner:
 
     def count(self, config, contest, contender, command):
         """Instructions of one step: what some more steps take."""
-        steps = contest.get("count_steps")
+        steps = contender.get("count_steps", contest.get("count_steps"))
         if not steps or ("count" in contender and contender["count"] is None):
             return None
         counter = os.path.join(self.build, config["directory"], "count_instructions")
@@ -293,13 +315,9 @@ def difference(a, b):
 
 def ratio(row, other):
     """Median and quartiles of row / other in the same rounds."""
-    if other is None or not other.get("rounds"):
+    if other is None or not other.get("rounds") or len(other["rounds"]) != len(row["rounds"]):
         return None
-    each = sorted(a / b for a, b in zip(row["rounds"], other["rounds"]))
-    if len(each) < 2:
-        return each * 3
-    quartiles = statistics.quantiles(each, n=4, method="inclusive")
-    return [quartiles[1], quartiles[0], quartiles[2]]
+    return page.quartiles(row["rounds"], other["rounds"])
 
 
 def write_csv(path, rows, shown):
@@ -319,38 +337,68 @@ def write_csv(path, rows, shown):
                              for key, value in flat.items() if key in columns})
 
 
+def merged(earlier, runner, contest, rows, seconds):
+    """Earlier results with the rows of a contest that has been measured anew; in the order of the contests."""
+    key = page.key(contest)
+    earlier["rows"] = [row for row in earlier["rows"] if page.key_of(row) != key] + rows
+    place = {page.key(c): i for i, c in enumerate(runner.contests)}
+    earlier["rows"] = sorted((row for row in earlier["rows"] if page.key_of(row) in place),
+                             key=lambda row: place[page.key_of(row)])  # stable: rows of a contest stay in order
+    earlier["runs"][key] = {"rounds": ROUNDS, "seconds": seconds, "processor": page.processor(), "quick": QUICK, "jml": page.jml(),
+                            "date": time.strftime("%Y-%m-%d", time.gmtime())}
+    return earlier
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", required=True)
-    parser.add_argument("--page", required=True)
+    parser.add_argument("--guide", required=True, help="the page, figures/ and results/ go there")
     parser.add_argument("--page-alone", action="store_true", help="from the last run's results.json")
     arguments = parser.parse_args()
     build = os.path.abspath(arguments.build)
+    guide = os.path.join(build, "quick") if QUICK else os.path.abspath(arguments.guide)
     os.makedirs(build, exist_ok=True)
-    dump = os.path.join(build, "results.json")
-    if not arguments.page_alone:
-        started = time.monotonic()
-        runner = Runner(build)
+    dump = os.path.join(build, "quick.json" if QUICK else "results.json")
+    runner = Runner(build)
+    wrong = [pattern for pattern in ONLY if not pattern.startswith("scaling")
+             and not any(fnmatch.fnmatchcase(contest["name"], pattern) for contest in runner.contests)]
+    if wrong:
+        names = dict.fromkeys(contest["name"] for contest in runner.contests)
+        say(f"peers: no contest {', '.join(wrong)}; there are {', '.join(names)}, scaling_filters, scaling_lag, "
+            "scaling_batch, scaling_memory, scaling_campaign")
+        return 2
+    results = {"rows": [], "runs": {}}
+    if os.path.exists(dump) and (ONLY or arguments.page_alone):
+        with open(dump) as file:
+            results = json.load(file)
+    if runner.asked and not arguments.page_alone:
         runner.build_all()
-        built = time.monotonic()
-        rows = []
-        for contest in runner.contests:
+        if BUILD_ALONE:
+            return 0
+        for contest in runner.asked:
+            begin, rows = time.monotonic(), []
             for config in runner.configs:
                 only = contest.get("configs")
                 if not only or config["name"] in only:
                     rows += runner.measure(config, contest)
-        for row in rows:
-            row.pop("command", None)
-        ended = time.monotonic()
-        with open(dump, "w") as file:
-            json.dump({"rows": rows, "contests": runner.contests, "configs": runner.configs, "rounds": ROUNDS,
-                       "not_measured": runner.not_measured, "notes": runner.notes, "reasons": runner.reasons,
-                       "seconds": [built - started, ended - built], "versions": page.versions(runner)}, file, indent=1)
-        shown = sorted({key for contest in runner.contests for key in contest.get("show", [])})
-        write_csv(os.path.join(build, "results.csv"), rows, shown)
-    with open(dump) as file:
-        page.write(json.load(file), build, os.path.abspath(arguments.page))
-    say(f"peers: {build}/results.csv, {os.path.abspath(arguments.page)}")
+            for row in rows:
+                row.pop("command", None)
+            took = time.monotonic() - begin
+            say(f"peers: {page.key(contest)} took {took:.0f} s")
+            results = merged(results, runner, contest, rows, took)
+            results.update(contests=runner.contests, configs=runner.configs if not ONLY else
+                           results.get("configs", runner.configs), not_measured=runner.not_measured,
+                           notes=runner.notes, versions=page.versions(runner))
+            with open(dump + ".new", "w") as file:  # what is measured is kept, whatever happens to the rest
+                json.dump(results, file, indent=1)
+            os.replace(dump + ".new", dump)
+    if not results["rows"]:
+        return 0
+    shown = sorted({key for contest in runner.contests for key in contest.get("show", [])})
+    write_csv(os.path.join(build, "results.csv"), results["rows"], shown)
+    page.write(results, guide)
+    say(f"peers: {build}/results.csv, {guide}/peers.md, {guide}/figures, {guide}/results/peers.csv")
+    return 0
 
 
 if __name__ == "__main__":

@@ -127,7 +127,8 @@ def make_lag(data, contest, steps, directory):
 
 
 def make(data, contest, steps):
-    directory = os.path.dirname(os.path.abspath(sys.argv[1]))
+    path = next(argument for argument in sys.argv[1:] if not argument.startswith("--"))
+    directory = os.path.dirname(os.path.abspath(path))
     return (make_lag if "--lag" in sys.argv else make_batch)(data, contest, steps, directory)
 
 

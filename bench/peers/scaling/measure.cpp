@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // scaling_PROGRAM list: the points, a line each, series,size,n,p.
-// scaling_PROGRAM time ROUNDS: ns of a step, a line a point in the order of the list, the median of so many
-// rounds in which all points take turns. scaling_PROGRAM count STEPS: a breakpoint before and after STEPS
-// steps of each point, for count_instructions.
+// scaling_PROGRAM time ROUNDS: ns of a step, a line a point in the order of the list, one number a round; all
+// points take turns in each round, those of one size next to each other. scaling_PROGRAM count STEPS: a
+// breakpoint before and after STEPS steps of each point, for count_instructions.
 #include <time.h>
 
 #include <algorithm>
@@ -43,7 +43,7 @@ void mark() { asm volatile("int3" : : : "memory"); }
 int main(int argc, char** argv) {
   auto& points = scaling::points();
   std::sort(points.begin(), points.end(), [](const auto& a, const auto& b) {
-    return a.series != b.series ? a.series < b.series : a.size < b.size;
+    return a.n != b.n ? a.n < b.n : a.size != b.size ? a.size < b.size : a.series < b.series;
   });
   const char* task = argc > 1 ? argv[1] : "";
   const long number = argc > 2 ? std::atol(argv[2]) : 0;
@@ -65,13 +65,13 @@ int main(int argc, char** argv) {
   std::vector<std::vector<double>> times(points.size());
   for (const auto& p : points) {
     p.run(16);
-    steps.push_back(std::max(4L, static_cast<long>(5e5 / ns(p, 16))));  // half a millisecond
+    steps.push_back(std::max(4L, static_cast<long>(2e6 / ns(p, 16))));  // two milliseconds
   }
   for (long round = 0; round < number; ++round) {
     for (std::size_t i = 0; i < points.size(); ++i) times[i].push_back(ns(points[i], steps[i]));
   }
-  for (auto& of : times) {
-    std::sort(of.begin(), of.end());
-    std::printf("%.6g\n", of[of.size() / 2]);
+  for (const auto& of : times) {
+    for (std::size_t i = 0; i < of.size(); ++i) std::printf("%s%.6g", i == 0 ? "" : ",", of[i]);
+    std::printf("\n");
   }
 }
