@@ -60,11 +60,18 @@ JML_INLINE inline void column(Scalar* out, const Scalar* start, const Scalar* a,
     using P = typename Packet<Scalar, width>::type;
     [&]<int... c>(std::integer_sequence<int, c...>) JML_INLINE {
       P sum[packets];
-      if constexpr (from_zero)
-        ((sum[c] = P{}), ...);
-      else
+      constexpr bool begins = from_zero && inner > 0;  // with its first term: 0 + ab is an addition to GCC
+      if constexpr (!from_zero)
         (std::memcpy(&sum[c], start + first + c * width, sizeof(P)), ...);
-      repeat<inner>([&](int k) JML_INLINE {
+      else if constexpr (!begins)
+        ((sum[c] = P{}), ...);
+      else {
+        const Scalar factor = sign > 0 ? coefficient(0) : -coefficient(0);
+        (std::memcpy(&sum[c], a + first + c * width, sizeof(P)), ...);
+        ((sum[c] *= factor), ...);
+      }
+      repeat<inner - begins>([&](int turn) JML_INLINE {
+        const int k = turn + begins;
         const Scalar factor = sign > 0 ? coefficient(k) : -coefficient(k);
         P term[packets];
         (std::memcpy(&term[c], a + k * rows + first + c * width, sizeof(P)), ...);
@@ -196,6 +203,24 @@ JML_INLINE inline void add_transposed_product(const Matrix<Scalar, rows, cols>& 
   }
 }
 
+/// out = sign · aᵀ b.
+template <int sign, typename Scalar, int rows, int inner, int cols>
+JML_INLINE inline void transposed_product(const Matrix<Scalar, inner, rows>& a,
+                                          const Matrix<Scalar, inner, cols>& b,
+                                          Matrix<Scalar, rows, cols>& out) {
+  if constexpr (rows <= 3 && inner > 0 && inner <= 3 && cols <= 3) {
+    repeat<cols>([&](int j) JML_INLINE {
+      repeat<rows>([&](int i) JML_INLINE {
+        Scalar sum = a(0, i) * b(0, j);
+        repeat<inner - 1>([&](int k) JML_INLINE { sum += a(k + 1, i) * b(k + 1, j); });
+        out(i, j) = sign > 0 ? sum : -sum;
+      });
+    });
+  } else {
+    add_transposed_product<sign>(zeros<Matrix<Scalar, rows, cols>>(), a, b, out);
+  }
+}
+
 /// out = start + sign · aᵀ b where the result is known to be symmetric.
 template <int sign, typename Scalar, int n, int inner>
 JML_INLINE inline void add_symmetric_transposed_product(const Matrix<Scalar, n, n>& start,
@@ -214,6 +239,26 @@ JML_INLINE inline void add_symmetric_transposed_product(const Matrix<Scalar, n, 
     });
   } else {
     add_symmetric_product<sign>(start, transposed(a), transposed(b), out);
+  }
+}
+
+/// out = aᵀ b where the result is known to be symmetric.
+template <typename Scalar, int n, int inner>
+JML_INLINE inline void symmetric_transposed_product(const Matrix<Scalar, inner, n>& a,
+                                                    const Matrix<Scalar, inner, n>& b,
+                                                    Matrix<Scalar, n, n>& out) {
+  if constexpr (n <= 3 && inner > 0 && inner <= 3) {
+    repeat<n>([&](int j) JML_INLINE {
+      repeat<n>([&](int i) JML_INLINE {
+        if (i < j) return;
+        Scalar sum = a(0, i) * b(0, j);
+        repeat<inner - 1>([&](int k) JML_INLINE { sum += a(k + 1, i) * b(k + 1, j); });
+        out(i, j) = sum;
+        out(j, i) = sum;
+      });
+    });
+  } else {
+    add_symmetric_transposed_product<1>(zeros<Matrix<Scalar, n, n>>(), a, b, out);
   }
 }
 

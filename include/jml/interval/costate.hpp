@@ -62,15 +62,19 @@ JML_INLINE inline void add_measurement(const Matrix<Scalar, p, n>& m_x,
   kernel::add_product<-1>(v.slope, mR, residual, v.slope);                       // λ - mᵀ R⁻¹ r
 }
 
-/// The same under a robust loss of slope ρ' and bend β: ρ' mᵀR⁻¹m - β (mᵀR⁻¹r)(mᵀR⁻¹r)ᵀ and -ρ' mᵀR⁻¹r.
+/// What it adds under a robust loss of slope ρ' and bend β: ρ' mᵀR⁻¹m - β (mᵀR⁻¹r)(mᵀR⁻¹r)ᵀ and -ρ' mᵀR⁻¹r.
+/// (Matrices by value: what the usual pass works on stays in registers.)
 template <typename Scalar, int n, int p>
-void add_robust_measurement(const Matrix<Scalar, p, n>& m_x, const kernel::SymmetricFactor<Scalar, p>& R,
-                            const Vector<Scalar, p>& residual, Scalar slope, Scalar bend,
-                            CostToGo<Scalar, n>& v) {
+[[nodiscard]] JML_NOINLINE CostToGo<Scalar, n> robust_measurement(const Matrix<Scalar, p, n> m_x,
+                                                                  const kernel::SymmetricFactor<Scalar, p>& R,
+                                                                  const Vector<Scalar, p> residual,
+                                                                  Scalar slope, Scalar bend) {
   CostToGo<Scalar, n> plain;
   add_measurement(m_x, R, residual, plain);
-  v.information += slope * plain.information - bend * (plain.slope * kernel::transposed(plain.slope));
-  v.slope += slope * plain.slope;
+  plain.information =
+      slope * plain.information - bend * (plain.slope * kernel::transposed(plain.slope));
+  plain.slope = slope * plain.slope;
+  return plain;
 }
 
 /// What of ε N reaches the unknowns b is Bᵀ N B against C = I + Bᵀ Λ B; and through the step an error goes as
@@ -144,8 +148,7 @@ JML_INLINE inline bool pass_dynamics(const Matrix<Scalar, n, n>& A, const Matrix
     });
     kernel::add_symmetric_product<-1>(v.information, scaled, half, rest);  // Λ - U C⁻¹ Uᵀ
     kernel::add_product<-1>(slope, U, Cg, slope);                          // λ + U k
-    const Matrix<Scalar, q, n> none = kernel::zeros<Matrix<Scalar, q, n>>();
-    kernel::add_transposed_product<-1>(none, right, A, law.gain);  // K = -C⁻¹ Uᵀ A
+    kernel::transposed_product<-1>(right, A, law.gain);                    // K = -C⁻¹ Uᵀ A
     if (counted && closely)
       sums.noise += count_rounding<Scalar, n, q>(A, B, law.gain, damping, v.information, v.rounding);
   } else {
@@ -165,11 +168,9 @@ JML_INLINE inline bool pass_dynamics(const Matrix<Scalar, n, n>& A, const Matrix
     kernel::assign(v.noise, before);
   }
   Matrix<Scalar, n, n> restA;
-  kernel::product(rest, A, restA);  // (Λ - U C⁻¹ Uᵀ) A
-  const Matrix<Scalar, n, n> none = kernel::zeros<Matrix<Scalar, n, n>>();
-  const Vector<Scalar, n> zero = kernel::zeros<Vector<Scalar, n>>();
-  kernel::add_symmetric_transposed_product<1>(none, A, restA, v.information);  // Λ ← Aᵀ (Λ - U C⁻¹ Uᵀ) A
-  kernel::add_transposed_product<1>(zero, A, slope, v.slope);                  // λ ← Aᵀ (λ + U k)
+  kernel::product(rest, A, restA);                                 // (Λ - U C⁻¹ Uᵀ) A
+  kernel::symmetric_transposed_product(A, restA, v.information);  // Λ ← Aᵀ (Λ - U C⁻¹ Uᵀ) A
+  kernel::transposed_product<1>(A, slope, v.slope);                // λ ← Aᵀ (λ + U k)
   return regular;
 }
 

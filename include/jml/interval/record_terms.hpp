@@ -26,6 +26,12 @@ JML_INLINE inline void add_symmetric(Matrix<Scalar, n, n>& a, const Matrix<Scala
   });
 }
 
+/// (Apart: what the usual pass works on stays in registers.)
+template <typename Scalar>
+[[nodiscard]] JML_NOINLINE typename Loss::template Value<Scalar> loss_apart(const Loss& loss, Scalar s) {
+  return loss(s);
+}
+
 /// `bent`: with the loss's own curvature, which may leave none along an outlier. Without it a plain pass
 /// takes shorter steps that lower J.
 template <Curvature curvature, bool bent, typename Record, typename Scalar, int n, typename At>
@@ -35,23 +41,32 @@ JML_INLINE inline void add_record(const Record& record, const Loss& loss, const 
   const Vector<Scalar, p> residual =
       measurement_residual(record.sensor, record.y, measurement(record.sensor, x, at));
   const Scalar s = record.R.squared_norm(residual);
-  auto value = typename Loss::template Value<Scalar>{s, Scalar(1), Scalar(0)};
-  if (loss.kind != Loss::Kind::none) value = loss(s);
+  const bool robust = loss.kind != Loss::Kind::none;
+  Scalar rho = s, slope = Scalar(1), bent_by = Scalar(0);
+  if (robust) {
+    const auto value = loss_apart(loss, s);
+    rho = value.rho;
+    slope = value.slope;
+    if (bent) bent_by = value.bend;
+  }
   Matrix<Scalar, p, n> m_x;
   if constexpr (curvature == Curvature::full) {
     Vector<Scalar, p> weights;
-    kernel::scale(weights, -value.slope, record.R.solve(residual));  // -ρ' R⁻¹ r
+    kernel::scale(weights, -slope, record.R.solve(residual));  // -ρ' R⁻¹ r
     Matrix<Scalar, n, n> bend;
     measurement_jacobian_and_hessian(record.sensor, x, weights, at, m_x, bend);
     add_symmetric(v.information, bend);
   } else {
     m_x = measurement_jacobian(record.sensor, x, at);
   }
-  sums.cost += value.rho / Scalar(2);
-  if (loss.kind == Loss::Kind::none)
+  sums.cost += rho / Scalar(2);
+  if (robust) {
+    const CostToGo<Scalar, n> added = robust_measurement(m_x, record.R, residual, slope, bent_by);
+    kernel::add_scaled(v.information, v.information, Scalar(1), added.information);
+    kernel::add_scaled(v.slope, v.slope, Scalar(1), added.slope);
+  } else {
     add_measurement(m_x, record.R, residual, v);
-  else
-    add_robust_measurement(m_x, record.R, residual, value.slope, bent ? value.bend : Scalar(0), v);
+  }
 }
 
 /// ½ ρ(rᵀR⁻¹r) alone.

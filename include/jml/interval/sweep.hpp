@@ -37,9 +37,10 @@ class Sweep {
     CostToGo<Scalar, n> v;
     if (const Terminal<Scalar, n>* end = store_.terminal()) {
       const X off = store_.node(store_.last()).x[now] - end->target;
-      v.information = end->weight;
-      v.slope = end->weight * off;
-      sums.cost = kernel::dot(off, v.slope) / Scalar(2);
+      const X slope = end->weight * off;
+      kernel::assign(v.information, end->weight);  // entry by entry, as all of v: it stays in registers
+      kernel::assign(v.slope, slope);
+      sums.cost = kernel::dot(off, slope) / Scalar(2);
     }
     bool valid = true;
     for (int j = store_.last();; --j) {
@@ -69,7 +70,7 @@ class Sweep {
       if constexpr (curvature == Curvature::full) {
         const auto pass = [&](const auto& B, const auto& nominal)
                               JML_INLINE { return pass_dynamics(A, B, nominal, damping, v, node.law, sums); };
-        if (!through_step(store_, j, b, node.law, sums, pass)) return stop_ = {j, v.information}, false;
+        if (!through_step(store_, j, b, node.law, sums, pass)) return stop_at(j, v), false;
         add_symmetric(v.information, bend);
       } else {
         valid &=
@@ -243,10 +244,15 @@ class Sweep {
     return false;
   }
 
-  JML_NOINLINE bool at_prior(bool infeasible, bool bent, Scalar damping, const CostToGo<Scalar, n>& v,
+  JML_INLINE void stop_at(int node, const CostToGo<Scalar, n>& v) {
+    stop_.node = node;
+    kernel::assign(stop_.information, v.information);
+  }
+
+  JML_NOINLINE bool at_prior(bool infeasible, bool bent, Scalar damping, const CostToGo<Scalar, n> v,
                              PassSums<Scalar>& sums) {
     auto& prior = store_.prior();
-    stop_ = {0, v.information};
+    stop_at(0, v);
     if (prior.diffuse && !bent) return false;
     const int now = store_.now();
     const X a = infeasible ? X(kernel::zeros<X>()) : prior.a[now];

@@ -47,7 +47,10 @@ JML_INLINE inline void jacobian_and_hessian_by_duals(const Jacobian& jacobian, c
     kernel::repeat<rows>([&](int k) JML_INLINE { J(k, i) = wide(k, i).value; });
     kernel::repeat<n>([&](int j) JML_INLINE {
       Scalar sum = 0;
-      kernel::repeat<rows>([&](int k) JML_INLINE { sum += weights(k) * wide(k, i).partial[j]; });
+      kernel::repeat<rows>([&](int k) JML_INLINE {
+        const Scalar second = wide(k, i).partial[j];
+        if (!surely_zero(second)) sum += weights(k) * second;
+      });
       hessian(i, j) = sum;
     });
   });
