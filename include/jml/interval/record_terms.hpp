@@ -14,13 +14,13 @@ namespace jml::detail {
 /// where the quadratic model may turn out to have no minimum.
 enum class Curvature { none, full };
 
-/// a += sym(b).
+/// a += b, of which the lower triangle is read.
 template <typename Scalar, int n>
 JML_INLINE inline void add_symmetric(Matrix<Scalar, n, n>& a, const Matrix<Scalar, n, n>& b) {
   kernel::repeat<n>([&](int j) JML_INLINE {
     a(j, j) += b(j, j);
     for (int i = j + 1; i < n; ++i) {
-      a(i, j) += (b(i, j) + b(j, i)) / Scalar(2);
+      a(i, j) += b(i, j);
       a(j, i) = a(i, j);
     }
   });

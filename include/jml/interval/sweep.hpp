@@ -31,58 +31,10 @@ class Sweep {
   /// not finite or the quadratic model has no minimum.
   template <Curvature curvature = Curvature::none>
   [[nodiscard]] bool backward(bool infeasible, Scalar damping, PassSums<Scalar>& total) {
-    const int now = store_.now();
-    const Loss loss = loss_;
-    PassSums<Scalar> sums;  // a local one, which stays in registers
-    CostToGo<Scalar, n> v;
-    if (const Terminal<Scalar, n>* end = store_.terminal()) {
-      const X off = store_.node(store_.last()).x[now] - end->target;
-      const X slope = end->weight * off;
-      kernel::assign(v.information, end->weight);  // entry by entry, as all of v: it stays in registers
-      kernel::assign(v.slope, slope);
-      sums.cost = kernel::dot(off, slope) / Scalar(2);
+    if constexpr (curvature == Curvature::none) {
+      if (infeasible) return pass<Curvature::none, true>(damping, total);
     }
-    bool valid = true;
-    for (int j = store_.last();; --j) {
-      auto& node = store_.node(j);
-      X x;
-      kernel::assign(x, node.x[now]);
-      store_.visit(j, [&](const auto& record) JML_INLINE {
-        add_record<curvature, curvature == Curvature::full>(record, loss, x, end_of(node.at()), sums, v);
-      });
-      if (j == 0) break;
-      X previous;
-      kernel::assign(previous, store_.node(j - 1).x[now]);
-      const auto& root = store_.root(j);
-      if constexpr (curvature == Curvature::none && !NoiseRoot<Scalar, D>::constant) note_inputs(root.B);
-      Matrix<Scalar, n, n> A, bend;
-      if constexpr (curvature == Curvature::full)
-        dynamics_jacobian_and_hessian(store_.dynamics(), previous, v.slope, node.at(), A, bend);
-      else
-        A = dynamics_jacobian(store_.dynamics(), previous, node.at());
-      Vector<Scalar, q> b = kernel::zeros<Vector<Scalar, q>>();
-      if (infeasible) {
-        const X defect = dynamics(store_.dynamics(), previous, node.at()) + root.mean_effect - x;
-        kernel::add_product<1>(v.slope, v.information, defect, v.slope);  // λ + Λ (f + G w̄ - x)
-      } else {
-        kernel::assign(b, node.b[now]);
-      }
-      if constexpr (curvature == Curvature::full) {
-        const auto pass = [&](const auto& B, const auto& nominal)
-                              JML_INLINE { return pass_dynamics(A, B, nominal, damping, v, node.law, sums); };
-        if (!through_step(store_, j, b, node.law, sums, pass)) return stop_at(j, v), false;
-        add_symmetric(v.information, bend);
-      } else {
-        valid &=
-            through_step(store_, j, b, node.law, sums, [&](const auto& B, const auto& nominal) JML_INLINE {
-              return pass_dynamics<true>(A, B, nominal, damping, v, node.law, sums, infeasible);
-            });
-      }
-    }
-    if constexpr (curvature == Curvature::none && NoiseRoot<Scalar, D>::constant)
-      note_inputs(store_.root(0).B);
-    total = sums;
-    return valid && at_prior(infeasible, curvature == Curvature::full, damping, v, total);
+    return pass<curvature, false>(damping, total);
   }
 
   /// Where the last backward pass in the digits of Scalar ended, and Λ there: node 0 is the prior.
@@ -91,7 +43,6 @@ class Sweep {
     Matrix<Scalar, n, n> information;
   };
   [[nodiscard]] const Stop& stop() const { return stop_; }
-
   /// The same in twice the digits, without second derivatives.
   JML_RARE bool backward_in_two(bool infeasible, Scalar damping, PassSums<Scalar>& total) {
     const int now = store_.now();
@@ -143,19 +94,24 @@ class Sweep {
     const int now = store_.now();
     CostToGo<Scalar, n> v;
     PassSums<Scalar> unused;
+    const Loss loss = loss_;
     if (const Terminal<Scalar, n>* end = store_.terminal())
       v.slope = end->weight * (store_.node(store_.last()).x[now] - end->target);
     Scalar sum = 0;
     for (int j = store_.last();; --j) {
       auto& node = store_.node(j);
-      store_.visit(j, [&](const auto& record) {
-        add_record<Curvature::none, false>(record, loss_, node.x[now], end_of(node.at()), unused, v);
+      X x, slope;
+      kernel::assign(x, node.x[now]);
+      store_.visit(j, [&](const auto& record) JML_INLINE {
+        add_record<Curvature::none, false>(record, loss, x, end_of(node.at()), unused, v);
       });
       if (j == 0) break;
-      Vector<Scalar, q> g = node.b[now] + kernel::transposed(store_.root(j).B) * v.slope;
+      Vector<Scalar, q> g;
+      kernel::add_transposed_product<1>(node.b[now], store_.root(j).B, v.slope, g);
       if constexpr (WeighsDisturbances<Store>) g += store_.disturbance_term(j, node.b[now]).slope;
       sum += kernel::squared_norm(g);
-      v.slope = kernel::transposed(step_jacobian(store_, j)) * v.slope;
+      kernel::assign(slope, v.slope);
+      kernel::transposed_product<1>(step_jacobian(store_, j), slope, v.slope);
     }
     auto& prior = store_.prior();
     sum += kernel::squared_norm(prior.weighted(now) + kernel::transposed(prior.L) * v.slope);
@@ -189,6 +145,69 @@ class Sweep {
   }
 
  private:
+  /// One backward pass; see backward().
+  template <Curvature curvature, bool infeasible>
+  [[nodiscard]] bool pass(Scalar damping, PassSums<Scalar>& total) {
+    constexpr auto rounding = curvature == Curvature::full ? Rounding::ignored
+                              : infeasible                 ? Rounding::counted
+                                                           : Rounding::bounded;
+    const int now = store_.now();
+    const Loss loss = loss_;
+    PassSums<Scalar> sums;  // a local one, which stays in registers
+    CostToGo<Scalar, n> v;
+    if (const Terminal<Scalar, n>* end = store_.terminal()) {
+      const X off = store_.node(store_.last()).x[now] - end->target;
+      const X slope = end->weight * off;
+      kernel::assign(v.information, end->weight);  // entry by entry, as all of v: it stays in registers
+      kernel::assign(v.slope, slope);
+      sums.cost = kernel::dot(off, slope) / Scalar(2);
+    }
+    bool valid = true;
+    for (int j = store_.last();; --j) {
+      auto& node = store_.node(j);
+      X x;
+      kernel::assign(x, node.x[now]);
+      store_.visit(j, [&](const auto& record) JML_INLINE {
+        add_record<curvature, curvature == Curvature::full>(record, loss, x, end_of(node.at()), sums, v);
+      });
+      if (j == 0) break;
+      X previous;
+      kernel::assign(previous, store_.node(j - 1).x[now]);
+      const auto& root = store_.root(j);
+      if constexpr (rounding == Rounding::bounded && !NoiseRoot<Scalar, D>::constant) note_inputs(root.B);
+      Matrix<Scalar, n, n> A, bend;
+      if constexpr (curvature == Curvature::full)
+        dynamics_jacobian_and_hessian(store_.dynamics(), previous, v.slope, node.at(), A, bend);
+      else
+        A = dynamics_jacobian(store_.dynamics(), previous, node.at());
+      Vector<Scalar, q> b = kernel::zeros<Vector<Scalar, q>>();
+      if constexpr (infeasible) {
+        X defect;
+        kernel::assign(defect, dynamics(store_.dynamics(), previous, node.at()));
+        if constexpr (NoiseRoot<Scalar, D>::has_mean) defect += root.mean_effect;
+        kernel::add_scaled(defect, defect, Scalar(-1), x);
+        kernel::add_product<1>(v.slope, v.information, defect, v.slope);  // λ + Λ (f + G w̄ - x)
+      } else {
+        kernel::assign(b, node.b[now]);
+      }
+      if constexpr (curvature == Curvature::full) {
+        const auto pass = [&](const auto& B, const auto& nominal)
+                              JML_INLINE { return pass_dynamics(A, B, nominal, damping, v, node.law, sums); };
+        if (!through_step(store_, j, b, node.law, sums, pass)) return stop_at(j, v), false;
+        add_symmetric(v.information, bend);
+      } else {
+        valid &=
+            through_step(store_, j, b, node.law, sums, [&](const auto& B, const auto& nominal) JML_INLINE {
+              return pass_dynamics<rounding>(A, B, nominal, damping, v, node.law, sums);
+            });
+      }
+    }
+    if constexpr (rounding == Rounding::bounded && NoiseRoot<Scalar, D>::constant)
+      note_inputs(store_.root(0).B);
+    total = sums;
+    return valid && at_prior(infeasible, curvature == Curvature::full, damping, v, total);
+  }
+
   /// `in_two`: the states in twice the digits.
   template <bool in_two>
   [[nodiscard]] JML_INLINE Scalar forward_by(bool infeasible, Scalar& step) {
@@ -219,7 +238,7 @@ class Sweep {
       kernel::add_product<1>(start, following.law.gain, off, b);  // b = b̃ + k + K (x - x̃)
       kernel::repeat<q>([&](int i) JML_INLINE { moved += (b(i) - nominal(i)) * (b(i) - nominal(i)); });
       kernel::assign(following.b[next], b);
-      kernel::repeat<q>([&](int i) JML_INLINE { cost += b(i) * b(i) / Scalar(2); });
+      cost += kernel::squared_norm(b) / Scalar(2);
       if constexpr (WeighsDisturbances<Store>) cost += store_.disturbance_term(j + 1, b).cost;
       const auto& root = store_.root(j + 1);
       X f;
