@@ -66,13 +66,12 @@ class Sweep {
            std::isfinite(total.decrease);
   }
 
-  /// Forward along the law into the other trajectory. Returns its J, and |δ|² of the whitened step; NaN where
-  /// a number is not finite.
-  [[nodiscard]] Scalar forward(bool infeasible, Scalar& step) {
+  /// Forward along the law into the other trajectory. Returns its J; NaN where a number is not finite.
+  [[nodiscard]] Scalar forward(bool infeasible) {
     if constexpr (by_digits) {
-      if (AllDigits<D, Scalar>::known(store_.start())) return forward_in_two(infeasible, step);
+      if (AllDigits<D, Scalar>::known(store_.start())) return forward_in_two(infeasible);
     }
-    return forward_by<false>(infeasible, step);
+    return forward_by<false>(infeasible);
   }
 
   /// The trajectory without disturbances from x̂_0, into the other one. Returns its J as forward() does.
@@ -85,8 +84,7 @@ class Sweep {
       node.x[store_.now()] = x;
       node.law = {};
     }
-    Scalar step = 0;
-    return forward(true, step);
+    return forward(true);
   }
 
   /// |∇J|, 2-norm over the whitened unknowns: the costate, backward along the nominal.
@@ -210,13 +208,13 @@ class Sweep {
 
   /// `in_two`: the states in twice the digits.
   template <bool in_two>
-  [[nodiscard]] JML_INLINE Scalar forward_by(bool infeasible, Scalar& step) {
+  [[nodiscard]] JML_INLINE Scalar forward_by(bool infeasible) {
     const int now = store_.now(), next = store_.next();
     const Loss loss = loss_;
     auto& prior = store_.prior();
     prior.a[next] = infeasible ? prior.law : X(prior.a[now] + prior.law);
     Scalar cost = prior.squared_norm(next) / Scalar(2);
-    Scalar moved = kernel::squared_norm(prior.law);
+    Scalar squares = 0;  // Σ |b|²
     X x;
     kernel::add_product<1>(prior.x, prior.L, prior.a[next], x);  // x_0 = x̂_0 + L a
     [[maybe_unused]] std::conditional_t<in_two, BothInDigits<D, Scalar>, NotInDigits> both(store_);
@@ -236,9 +234,8 @@ class Sweep {
       if (!infeasible) kernel::assign(nominal, following.b[now]);
       kernel::add_scaled(start, nominal, Scalar(1), following.law.offset);
       kernel::add_product<1>(start, following.law.gain, off, b);  // b = b̃ + k + K (x - x̃)
-      kernel::repeat<q>([&](int i) JML_INLINE { moved += (b(i) - nominal(i)) * (b(i) - nominal(i)); });
       kernel::assign(following.b[next], b);
-      cost += kernel::squared_norm(b) / Scalar(2);
+      squares += kernel::squared_norm(b);
       if constexpr (WeighsDisturbances<Store>) cost += store_.disturbance_term(j + 1, b).cost;
       const auto& root = store_.root(j + 1);
       X f;
@@ -251,11 +248,10 @@ class Sweep {
       const X off = x - end->target;
       cost += kernel::dot(off, X(end->weight * off)) / Scalar(2);
     }
-    step = moved;
-    return all_finite(x) ? cost : std::numeric_limits<Scalar>::quiet_NaN();
+    return all_finite(x) ? cost + squares / Scalar(2) : std::numeric_limits<Scalar>::quiet_NaN();
   }
 
-  JML_RARE Scalar forward_in_two(bool infeasible, Scalar& step) { return forward_by<true>(infeasible, step); }
+  JML_RARE Scalar forward_in_two(bool infeasible) { return forward_by<true>(infeasible); }
 
   /// The nominal begins at x̂_0 + L a in more digits than it is kept in.
   [[nodiscard]] bool follows_exactly(bool infeasible) const {
