@@ -203,8 +203,8 @@ JML_INLINE inline void add_transposed_product(const Matrix<Scalar, rows, cols>& 
   }
 }
 
-/// out = sign · aᵀ b.
-template <int sign, typename Scalar, int rows, int inner, int cols>
+/// out = aᵀ b.
+template <typename Scalar, int rows, int inner, int cols>
 JML_INLINE inline void transposed_product(const Matrix<Scalar, inner, rows>& a,
                                           const Matrix<Scalar, inner, cols>& b,
                                           Matrix<Scalar, rows, cols>& out) {
@@ -213,11 +213,11 @@ JML_INLINE inline void transposed_product(const Matrix<Scalar, inner, rows>& a,
       repeat<rows>([&](int i) JML_INLINE {
         Scalar sum = a(0, i) * b(0, j);
         repeat<inner - 1>([&](int k) JML_INLINE { sum += a(k + 1, i) * b(k + 1, j); });
-        out(i, j) = sign > 0 ? sum : -sum;
+        out(i, j) = sum;
       });
     });
   } else {
-    add_transposed_product<sign>(zeros<Matrix<Scalar, rows, cols>>(), a, b, out);
+    product(transposed(a), b, out);
   }
 }
 

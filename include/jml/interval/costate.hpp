@@ -85,12 +85,12 @@ enum class Rounding { ignored, bounded, counted };
 
 /// What of ε N reaches the unknowns b is Bᵀ N B against C = I + Bᵀ Λ B; and through the step an error goes as
 /// Λ does, N ← (A + B K)ᵀ N (A + B K), to which the rounding of what is left adds Aᵀ diag(Λ) A. Over all
-/// steps the sum is Σ tr(ε diag(Λ) P) with the covariances P given all data. `C`: factored. Returns what is
-/// added to sums.noise.
+/// steps the sum is Σ tr(ε diag(Λ) P) with the covariances P given all data. `minus_C`: -C, factored. Returns
+/// what is added to sums.noise.
 template <typename Scalar, int n, int q>
 [[nodiscard]] JML_INLINE inline Scalar count_rounding(const Matrix<Scalar, n, n>& A,
                                                       const Matrix<Scalar, n, q>& B,
-                                                      const kernel::SymmetricFactor<Scalar, q>& C,
+                                                      const kernel::SymmetricFactor<Scalar, q>& minus_C,
                                                       const Matrix<Scalar, q, n>& gain,
                                                       const Matrix<Scalar, n, n>& information,
                                                       Matrix<Scalar, n, n>& rounding) {
@@ -103,10 +103,10 @@ template <typename Scalar, int n, int q>
   });
   if constexpr (q > 0) {
     Matrix<Scalar, n, q> half, scaled, right, reached;
-    C.right_solve(B, half, scaled, right);
+    minus_C.right_solve(B, half, scaled, right);
     kernel::product(rounding, half, reached);
     kernel::repeat<q>([&](int c) JML_INLINE {  // tr(C⁻¹ Bᵀ N B)
-      kernel::repeat<n>([&](int i) JML_INLINE { noise += scaled(i, c) * reached(i, c); });
+      kernel::repeat<n>([&](int i) JML_INLINE { noise -= scaled(i, c) * reached(i, c); });
     });
     kernel::add_product<1>(A, B, gain, closed);
   }
@@ -117,11 +117,11 @@ template <typename Scalar, int n, int q>
 /// The same apart, where the matrices are large. (By value: what the usual pass works on stays in registers.)
 template <typename Scalar, int n, int q>
 [[nodiscard]] JML_RARE Scalar count_rounding_apart(const Matrix<Scalar, n, n> A, const Matrix<Scalar, n, q> B,
-                                                   const kernel::SymmetricFactor<Scalar, q> C,
+                                                   const kernel::SymmetricFactor<Scalar, q>& minus_C,
                                                    const Matrix<Scalar, q, n> gain,
                                                    const Matrix<Scalar, n, n> information,
                                                    Matrix<Scalar, n, n>& rounding) {
-  return count_rounding(A, B, C, gain, information, rounding);
+  return count_rounding(A, B, minus_C, gain, information, rounding);
 }
 
 /// Through one step of the dynamics. `b`: the nominal b̃. On return `v` belongs to the earlier node. False
@@ -145,16 +145,17 @@ JML_INLINE inline bool pass_dynamics(const Matrix<Scalar, n, n>& A, const Matrix
     if constexpr (rounding == Rounding::ignored) {
       if (!regular) return false;
     }
-    factor.right_solve(U, half, scaled, right);  // U C⁻¹
+    kernel::scale(factor.inverse_diagonal, Scalar(-1), factor.inverse_diagonal);  // now of -C
+    factor.right_solve(U, half, scaled, right);                                   // -U C⁻¹
     Vector<Scalar, q> g;
     kernel::add_transposed_product<1>(b, B, slope, g);  // g = b̃ + Bᵀ λ
-    const Vector<Scalar, q> Cg = factor.solve(g);       // C⁻¹ g = -k
-    kernel::repeat<q>([&](int i) JML_INLINE { law.offset(i) = -Cg(i); });
-    sums.decrease += kernel::dot(g, Cg) / Scalar(2);
+    const Vector<Scalar, q> k = factor.solve(g);        // -C⁻¹ g
+    kernel::assign(law.offset, k);
+    sums.decrease -= kernel::dot(g, k) / Scalar(2);
     if constexpr (rounding != Rounding::ignored) sums.cost += kernel::squared_norm(b) / Scalar(2);
-    kernel::add_symmetric_product<-1>(v.information, scaled, half, rest);  // Λ - U C⁻¹ Uᵀ
-    kernel::add_product<-1>(slope, U, Cg, slope);                          // λ + U k
-    kernel::transposed_product<-1>(right, A, law.gain);                    // K = -C⁻¹ Uᵀ A
+    kernel::add_symmetric_product<1>(v.information, scaled, half, rest);  // Λ - U C⁻¹ Uᵀ
+    kernel::add_product<1>(slope, U, k, slope);                           // λ + U k
+    kernel::transposed_product(right, A, law.gain);                       // K = -C⁻¹ Uᵀ A
   } else {
     kernel::assign(rest, v.information);
   }
@@ -178,7 +179,7 @@ JML_INLINE inline bool pass_dynamics(const Matrix<Scalar, n, n>& A, const Matrix
   Matrix<Scalar, n, n> restA;
   kernel::product(rest, A, restA);                                // (Λ - U C⁻¹ Uᵀ) A
   kernel::symmetric_transposed_product(A, restA, v.information);  // Λ ← Aᵀ (Λ - U C⁻¹ Uᵀ) A
-  kernel::transposed_product<1>(A, slope, v.slope);               // λ ← Aᵀ (λ + U k)
+  kernel::transposed_product(A, slope, v.slope);                  // λ ← Aᵀ (λ + U k)
   return regular;
 }
 

@@ -109,7 +109,7 @@ class Sweep {
       if constexpr (WeighsDisturbances<Store>) g += store_.disturbance_term(j, node.b[now]).slope;
       sum += kernel::squared_norm(g);
       kernel::assign(slope, v.slope);
-      kernel::transposed_product<1>(step_jacobian(store_, j), slope, v.slope);
+      kernel::transposed_product(step_jacobian(store_, j), slope, v.slope);
     }
     auto& prior = store_.prior();
     sum += kernel::squared_norm(prior.weighted(now) + kernel::transposed(prior.L) * v.slope);
