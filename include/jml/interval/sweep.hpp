@@ -9,6 +9,7 @@
 #include <jml/warnings_begin.hpp>
 #pragma once
 
+#include <jml/interval/diagnose.hpp>
 #include <jml/interval/linearised.hpp>
 #include <jml/interval/record_terms.hpp>
 #include <jml/model/hessian.hpp>
@@ -43,6 +44,7 @@ class Sweep {
     Matrix<Scalar, n, n> information;
   };
   [[nodiscard]] const Stop& stop() const { return stop_; }
+
   /// The same in twice the digits, without second derivatives.
   JML_RARE bool backward_in_two(bool infeasible, Scalar damping, PassSums<Scalar>& total) {
     const int now = store_.now();
@@ -118,29 +120,7 @@ class Sweep {
   }
 
   /// Why the nominal cannot be linearised, in the order of time.
-  [[nodiscard]] JML_RARE Status diagnose() {
-    const int now = store_.now();
-    Status status = Status::ok;
-    for (int j = 0; j <= store_.last() && status == Status::ok; ++j) {
-      auto& node = store_.node(j);
-      const X x = node.x[now];
-      if (!all_finite(x)) return Status::dynamics_not_finite;
-      store_.visit(j, [&](const auto& record) {
-        if constexpr (requires { record.sensor; }) {
-          const auto at = end_of(node.at());
-          const bool finite = all_finite(measurement(record.sensor, x, at)) &&
-                              all_finite(measurement_jacobian(record.sensor, x, at));
-          if (!finite) status = Status::sensor_not_finite;
-        }
-      });
-      if (status != Status::ok || j == store_.last()) break;
-      const auto at = store_.node(j + 1).at();
-      const bool finite = all_finite(dynamics(store_.dynamics(), x, at)) &&
-                          all_finite(dynamics_jacobian(store_.dynamics(), x, at));
-      if (!finite) status = Status::dynamics_not_finite;
-    }
-    return status == Status::ok ? Status::not_converged : status;
-  }
+  [[nodiscard]] Status diagnose() { return why_not_linear(store_); }
 
  private:
   /// One backward pass; see backward().
