@@ -114,12 +114,13 @@ template <typename Scalar, int n, int q>
   kernel::add_symmetric_transposed_product<1>(fresh, closed, moved, rounding);
   return noise;
 }
-/// The same apart, where the matrices are large. (By value: what the usual pass works on stays in registers.)
+/// The same apart, where the matrices are large.
 template <typename Scalar, int n, int q>
-[[nodiscard]] JML_RARE Scalar count_rounding_apart(const Matrix<Scalar, n, n> A, const Matrix<Scalar, n, q> B,
+[[nodiscard]] JML_RARE Scalar count_rounding_apart(const Matrix<Scalar, n, n>& A,
+                                                   const Matrix<Scalar, n, q>& B,
                                                    const kernel::SymmetricFactor<Scalar, q>& minus_C,
-                                                   const Matrix<Scalar, q, n> gain,
-                                                   const Matrix<Scalar, n, n> information,
+                                                   const Matrix<Scalar, q, n>& gain,
+                                                   const Matrix<Scalar, n, n>& information,
                                                    Matrix<Scalar, n, n>& rounding) {
   return count_rounding(A, B, minus_C, gain, information, rounding);
 }

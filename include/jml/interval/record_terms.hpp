@@ -26,7 +26,7 @@ JML_INLINE inline void add_symmetric(Matrix<Scalar, n, n>& a, const Matrix<Scala
   });
 }
 
-/// (Apart: what the usual pass works on stays in registers.)
+/// Of a robust loss. (Apart: what the usual pass works on stays in registers.)
 template <typename Scalar>
 [[nodiscard]] JML_NOINLINE typename Loss::template Value<Scalar> loss_apart(const Loss& loss, Scalar s) {
   return loss(s);
@@ -59,7 +59,7 @@ JML_INLINE inline void add_record(const Record& record, const Loss& loss, const 
   } else {
     m_x = measurement_jacobian(record.sensor, x, at);
   }
-  sums.cost += rho / Scalar(2);
+  if constexpr (curvature == Curvature::none) sums.cost += rho / Scalar(2);
   if (robust) {
     const CostToGo<Scalar, n> added = robust_measurement(m_x, record.R, residual, slope, bent_by);
     kernel::add_scaled(v.information, v.information, Scalar(1), added.information);

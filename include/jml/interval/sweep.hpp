@@ -193,9 +193,8 @@ class Sweep {
     const Loss loss = loss_;
     auto& prior = store_.prior();
     prior.a[next] = infeasible ? prior.law : X(prior.a[now] + prior.law);
-    Scalar cost = prior.squared_norm(next) / Scalar(2);
-    Scalar squares = 0;  // Σ |b|²
-    X x;
+    Scalar cost = prior.squared_norm(next) / Scalar(2), squares = 0;  // Σ |b|²
+    X x, off;
     kernel::add_product<1>(prior.x, prior.L, prior.a[next], x);  // x_0 = x̂_0 + L a
     [[maybe_unused]] std::conditional_t<in_two, BothInDigits<D, Scalar>, NotInDigits> both(store_);
     if constexpr (in_two) both.begin(prior, now, next, infeasible, x);
@@ -206,7 +205,6 @@ class Sweep {
           j, [&](const auto& record) JML_INLINE { cost += record_cost(record, loss, x, end_of(node.at())); });
       if (j == store_.last()) break;
       auto& following = store_.node(j + 1);
-      X off;
       kernel::add_scaled(off, x, Scalar(-1), node.x[now]);
       if constexpr (in_two) both.off(x, off);
       // b̃ + k first: it does not wait for x.
@@ -225,7 +223,7 @@ class Sweep {
       if constexpr (in_two) both.move(store_, j + 1, b, nominal, node.x[next], x);
     }
     if (const Terminal<Scalar, n>* end = store_.terminal()) {
-      const X off = x - end->target;
+      off = x - end->target;
       cost += kernel::dot(off, X(end->weight * off)) / Scalar(2);
     }
     return all_finite(x) ? cost + squares / Scalar(2) : std::numeric_limits<Scalar>::quiet_NaN();
