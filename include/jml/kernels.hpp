@@ -123,12 +123,18 @@ JML_INLINE inline void column(Scalar* out, const Scalar* start, const Scalar* a,
   if constexpr (rows > 0) {
     constexpr int width = lanes<Scalar, rows>(rows - first);
     constexpr int span = rows - first < 8 * width ? rows - first : 8 * width;
+    constexpr bool begins = from_zero && inner > 0;  // with its first term: 0 + ab is an addition to GCC
     Column<Scalar, span, width> sum;
-    if constexpr (from_zero)
-      sum.clear();
-    else
+    if constexpr (!from_zero) {
       sum.load(start + first);
-    repeat<inner>([&](int k) JML_INLINE {
+    } else if constexpr (begins) {
+      sum.load(a + first);
+      sum.scale(sign > 0 ? coefficient(0) : -coefficient(0));
+    } else {
+      sum.clear();
+    }
+    repeat<inner - begins>([&](int turn) JML_INLINE {
+      const int k = turn + begins;
       const Scalar factor = sign > 0 ? coefficient(k) : -coefficient(k);
       Column<Scalar, span, width> term;
       term.load(a + k * rows + first);
@@ -259,6 +265,24 @@ JML_INLINE inline void add_transposed_product(const Matrix<Scalar, rows, cols>& 
   }
 }
 
+/// out = aᵀ b.
+template <typename Scalar, int rows, int inner, int cols>
+JML_INLINE inline void transposed_product(const Matrix<Scalar, inner, rows>& a,
+                                          const Matrix<Scalar, inner, cols>& b,
+                                          Matrix<Scalar, rows, cols>& out) {
+  if constexpr (rows <= 3 && inner > 0 && inner <= 3 && cols <= 3) {
+    repeat<cols>([&](int j) JML_INLINE {
+      repeat<rows>([&](int i) JML_INLINE {
+        Scalar sum = a(0, i) * b(0, j);
+        repeat<inner - 1>([&](int k) JML_INLINE { sum += a(k + 1, i) * b(k + 1, j); });
+        out(i, j) = sum;
+      });
+    });
+  } else {
+    product(transposed(a), b, out);
+  }
+}
+
 /// out = start + sign · aᵀ b where the result is known to be symmetric.
 template <int sign, typename Scalar, int n, int inner>
 JML_INLINE inline void add_symmetric_transposed_product(const Matrix<Scalar, n, n>& start,
@@ -277,6 +301,26 @@ JML_INLINE inline void add_symmetric_transposed_product(const Matrix<Scalar, n, 
     });
   } else {
     add_symmetric_product<sign>(start, transposed(a), transposed(b), out);
+  }
+}
+
+/// out = aᵀ b where the result is known to be symmetric.
+template <typename Scalar, int n, int inner>
+JML_INLINE inline void symmetric_transposed_product(const Matrix<Scalar, inner, n>& a,
+                                                    const Matrix<Scalar, inner, n>& b,
+                                                    Matrix<Scalar, n, n>& out) {
+  if constexpr (n <= 3 && inner > 0 && inner <= 3) {
+    repeat<n>([&](int j) JML_INLINE {
+      repeat<n>([&](int i) JML_INLINE {
+        if (i < j) return;
+        Scalar sum = a(0, i) * b(0, j);
+        repeat<inner - 1>([&](int k) JML_INLINE { sum += a(k + 1, i) * b(k + 1, j); });
+        out(i, j) = sum;
+        out(j, i) = sum;
+      });
+    });
+  } else {
+    add_symmetric_transposed_product<1>(zeros<Matrix<Scalar, n, n>>(), a, b, out);
   }
 }
 

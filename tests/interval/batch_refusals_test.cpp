@@ -421,6 +421,21 @@ TEST(BatchEdges, NoMeasurement) {
   }
 }
 
+/// A linear m of a given R.
+struct Precise : Direct {
+  static constexpr bool linear = true;
+  double r = 0.25;
+  Matrix<double, 1, 1> noise_covariance() const { return Matrix<double, 1, 1>(r); }
+};
+// An ε of 1e6, 1.2e-10, is much of a deviation of 3e-13, and next to none of one half.
+TEST(BatchEdges, AMeasurementFinerThanTheDigitsOfAState) {
+  for (const double r : {0.25, 1e-25}) {
+    jml::Batch batch{Walk{}, jml::sensors<Precise>, near_one, {2}};
+    for (const double y : {1e6, 1e6 + 1}) ASSERT_EQ(batch.step(Precise{{}, r}, y), Status::ok);
+    EXPECT_EQ(batch.solve().status, r < 0.25 ? Status::accuracy_not_met : Status::ok);
+  }
+}
+
 TEST(BatchEdges, NoStep) {
   jml::Batch batch{Walk{}, jml::sensors<Direct>, near_one, {3, 4}, 7.5};
   EXPECT_EQ(batch.solve().status, Status::ok);

@@ -113,14 +113,13 @@ class Sweep<TwoPointRecord<D, S, Scalar>> {
   [[nodiscard]] const Stop& stop() const { return stop_; }
 
   /// As Sweep::forward().
-  [[nodiscard]] Scalar forward(bool infeasible, Scalar& moved) {
+  [[nodiscard]] Scalar forward(bool infeasible) {
     const auto now = std::size_t(store_.now()), next = std::size_t(store_.next());
     const auto step = store_.step();
     auto& prior = store_.prior();
     prior.a[next] = infeasible ? prior.law : X(prior.a[now] + prior.law);
     PassSums<Scalar> sums;
     sums.cost = prior.squared_norm(store_.next()) / Scalar(2);
-    moved = kernel::squared_norm(prior.law);
     X x = prior.x + prior.L * prior.a[next];
     store_.node(0).x[next] = x;
     for (int j = 1; j <= store_.last(); ++j) {
@@ -128,7 +127,6 @@ class Sweep<TwoPointRecord<D, S, Scalar>> {
       const X off = x - store_.node(j - 1).x[now];
       const Whitened change = node.law.offset + node.law.gain * off;
       node.b[next] = infeasible ? change : Whitened(node.b[now] + change);
-      moved += kernel::squared_norm(change);
       sums.cost += kernel::squared_norm(node.b[next]) / Scalar(2);
       for (std::size_t i = 0; i < 3; ++i) node.stages[next][i] = node.stages[now][i] + off;
       X end;
@@ -163,8 +161,7 @@ class Sweep<TwoPointRecord<D, S, Scalar>> {
         return std::numeric_limits<Scalar>::quiet_NaN();
       node.x[now] = x = end;
     }
-    Scalar moved = 0;
-    return forward(true, moved);
+    return forward(true);
   }
 
   /// |∇J| over the whitened unknowns; leaves the costate λ of (12) in every node.

@@ -195,15 +195,17 @@ class Batch : public Filter<Recorder<List>, D, Scalar_> {
     if (report.status == Status::accepted_at_rounding && report.step > detail::plain_error<Scalar> / 10 &&
         detail::AllDigits<typename Store::Dynamics, Scalar>::known(store().start()))
       report.status = Status::accuracy_not_met;
-    for (int j = 0; j <= steps(); ++j) {
-      const auto at = end_of(store().node(j).at());
-      store().visit(j, [&](const auto& record) {
-        if (report.status == Status::sensor_not_finite && report.node < 0 &&
-            !all_finite(measurement(record.sensor, coordinates(j), at)))
-          report.node = j;
-        if (usable(report.status) && detail::too_fine(record.sensor, coordinates(j), record.y, at))
-          report.status = Status::accuracy_not_met;
-      });
+    if (detail::any_linear<typename Store::List> || report.status == Status::sensor_not_finite) {
+      for (int j = 0; j <= steps(); ++j) {
+        const auto at = end_of(store().node(j).at());
+        store().visit(j, [&](const auto& record) {
+          if (report.status == Status::sensor_not_finite && report.node < 0 &&
+              !all_finite(measurement(record.sensor, coordinates(j), at)))
+            report.node = j;
+          if (usable(report.status) && detail::too_fine(record.sensor, coordinates(j), record.y, at))
+            report.status = Status::accuracy_not_met;
+        });
+      }
     }
     return report;
   }

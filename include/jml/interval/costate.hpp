@@ -40,7 +40,7 @@ struct Feedback {
 /// What a whole backward pass adds up.
 template <typename Scalar>
 struct PassSums {
-  Scalar cost = 0;      // J of the nominal
+  Scalar cost = 0;      // J of the nominal, where rounding is not ignored
   Scalar decrease = 0;  // of J, by the damped quadratic model
   Scalar noise = 0;     // ε times this: rounding in the curvature of J, relative, in its worst direction
 };
@@ -62,98 +62,111 @@ JML_INLINE inline void add_measurement(const Matrix<Scalar, p, n>& m_x,
   kernel::add_product<-1>(v.slope, mR, residual, v.slope);                       // λ - mᵀ R⁻¹ r
 }
 
-/// The same under a robust loss of slope ρ' and bend β: ρ' mᵀR⁻¹m - β (mᵀR⁻¹r)(mᵀR⁻¹r)ᵀ and -ρ' mᵀR⁻¹r.
+/// What it adds under a robust loss of slope ρ' and bend β: ρ' mᵀR⁻¹m - β (mᵀR⁻¹r)(mᵀR⁻¹r)ᵀ and -ρ' mᵀR⁻¹r.
+/// (Matrices by value: what the usual pass works on stays in registers.)
 template <typename Scalar, int n, int p>
-void add_robust_measurement(const Matrix<Scalar, p, n>& m_x, const kernel::SymmetricFactor<Scalar, p>& R,
-                            const Vector<Scalar, p>& residual, Scalar slope, Scalar bend,
-                            CostToGo<Scalar, n>& v) {
+[[nodiscard]] JML_NOINLINE CostToGo<Scalar, n> robust_measurement(const Matrix<Scalar, p, n> m_x,
+                                                                  const kernel::SymmetricFactor<Scalar, p>& R,
+                                                                  const Vector<Scalar, p> residual,
+                                                                  Scalar slope, Scalar bend) {
   CostToGo<Scalar, n> plain;
   add_measurement(m_x, R, residual, plain);
-  v.information += slope * plain.information - bend * (plain.slope * kernel::transposed(plain.slope));
-  v.slope += slope * plain.slope;
+  plain.information = slope * plain.information - bend * (plain.slope * kernel::transposed(plain.slope));
+  plain.slope = slope * plain.slope;
+  return plain;
 }
+
+/// What a backward pass says of its rounding.
+///   ignored  nothing: C may be indefinite, and J of the nominal is known, too
+///   bounded  a bound that takes C ≥ I for C, and A for the closed loop: an error of Λ goes through the step
+///            as Λ does
+///   counted  to first order
+enum class Rounding { ignored, bounded, counted };
 
 /// What of ε N reaches the unknowns b is Bᵀ N B against C = I + Bᵀ Λ B; and through the step an error goes as
 /// Λ does, N ← (A + B K)ᵀ N (A + B K), to which the rounding of what is left adds Aᵀ diag(Λ) A. Over all
-/// steps the sum is Σ tr(ε diag(Λ) P) with the covariances P given all data. Returns what is added to
-/// sums.noise. (By value: what the usual pass works on stays in registers.)
+/// steps the sum is Σ tr(ε diag(Λ) P) with the covariances P given all data. `minus_C`: -C, factored. Returns
+/// what is added to sums.noise.
 template <typename Scalar, int n, int q>
-[[nodiscard]] JML_RARE Scalar count_rounding(const Matrix<Scalar, n, n> A, const Matrix<Scalar, n, q> B,
-                                             const Matrix<Scalar, q, n> gain, Scalar damping,
-                                             const Matrix<Scalar, n, n> information,
-                                             Matrix<Scalar, n, n>& rounding) {
+[[nodiscard]] JML_INLINE inline Scalar count_rounding(const Matrix<Scalar, n, n>& A,
+                                                      const Matrix<Scalar, n, q>& B,
+                                                      const kernel::SymmetricFactor<Scalar, q>& minus_C,
+                                                      const Matrix<Scalar, q, n>& gain,
+                                                      const Matrix<Scalar, n, n>& information,
+                                                      Matrix<Scalar, n, n>& rounding) {
   Scalar noise = 0;
-  for (int i = 0; i < n; ++i) rounding(i, i) += information(i, i);
-  Matrix<Scalar, n, n> closed = A, moved, fresh = kernel::zeros<Matrix<Scalar, n, n>>();
+  Matrix<Scalar, n, n> closed, moved, fresh = kernel::zeros<Matrix<Scalar, n, n>>();
+  kernel::assign(closed, A);
+  kernel::repeat<n>([&](int i) JML_INLINE {
+    rounding(i, i) += information(i, i);
+    kernel::repeat<n>([&](int k) JML_INLINE { fresh(i, i) += A(k, i) * A(k, i) * information(k, k); });
+  });
   if constexpr (q > 0) {
-    Matrix<Scalar, n, q> U, reached;
-    Matrix<Scalar, q, q> C = kernel::zeros<Matrix<Scalar, q, q>>();
-    kernel::multiply(information, B, U);
-    kernel::multiply(rounding, B, reached);
-    kernel::add_to_diagonal(C, Scalar(1) + damping);
-    kernel::add_symmetric_transposed_product<1>(C, B, U, C);
-    kernel::SymmetricFactor<Scalar, q> factor;
-    if (!factor.factor(C)) return std::numeric_limits<Scalar>::infinity();
-    for (int c = 0; c < q; ++c) {  // tr(C⁻¹ Bᵀ N B)
-      const Vector<Scalar, q> column = kernel::transposed(B) * kernel::column_of(reached, c);
-      noise += factor.solve(column)(c);
-    }
-    kernel::multiply(B, gain, closed);
-    closed += A;
+    Matrix<Scalar, n, q> half, scaled, right, reached;
+    minus_C.right_solve(B, half, scaled, right);
+    kernel::product(rounding, half, reached);
+    kernel::repeat<q>([&](int c) JML_INLINE {  // tr(C⁻¹ Bᵀ N B)
+      kernel::repeat<n>([&](int i) JML_INLINE { noise -= scaled(i, c) * reached(i, c); });
+    });
+    kernel::add_product<1>(A, B, gain, closed);
   }
-  for (int i = 0; i < n; ++i) {
-    for (int k = 0; k < n; ++k) fresh(i, i) += A(k, i) * A(k, i) * information(k, k);
-  }
-  kernel::multiply(rounding, closed, moved);
+  kernel::product(rounding, closed, moved);
   kernel::add_symmetric_transposed_product<1>(fresh, closed, moved, rounding);
   return noise;
 }
+/// The same apart, where the matrices are large.
+template <typename Scalar, int n, int q>
+[[nodiscard]] JML_RARE Scalar count_rounding_apart(const Matrix<Scalar, n, n>& A,
+                                                   const Matrix<Scalar, n, q>& B,
+                                                   const kernel::SymmetricFactor<Scalar, q>& minus_C,
+                                                   const Matrix<Scalar, q, n>& gain,
+                                                   const Matrix<Scalar, n, n>& information,
+                                                   Matrix<Scalar, n, n>& rounding) {
+  return count_rounding(A, B, minus_C, gain, information, rounding);
+}
 
-/// Through one step of the dynamics. `b`: the nominal b̃. On return `v` belongs to the earlier node.
-/// `counted`: a bound on rounding too, which takes C ≥ I for C, and A for the closed loop: an error of Λ goes
-/// through the step as Λ does; `closely`: to first order instead. False where C is not positive definite or
-/// not finite, and `v` is then as it was where nothing is counted.
-template <bool counted = false, typename Scalar, int n, int q>
+/// Through one step of the dynamics. `b`: the nominal b̃. On return `v` belongs to the earlier node. False
+/// where C is not positive definite or not finite, and `v` is then as it was where rounding is ignored.
+template <Rounding rounding = Rounding::ignored, typename Scalar, int n, int q>
 JML_INLINE inline bool pass_dynamics(const Matrix<Scalar, n, n>& A, const Matrix<Scalar, n, q>& B,
                                      const Vector<Scalar, q>& b, Scalar damping, CostToGo<Scalar, n>& v,
-                                     Feedback<Scalar, n, q>& law, PassSums<Scalar>& sums,
-                                     bool closely = false) {
+                                     Feedback<Scalar, n, q>& law, PassSums<Scalar>& sums) {
   Vector<Scalar, n> slope;
   kernel::assign(slope, v.slope);
   Matrix<Scalar, n, n> rest;
   bool regular = true;
+  kernel::SymmetricFactor<Scalar, q> factor;
   if constexpr (q > 0) {
     Matrix<Scalar, n, q> U, half, scaled, right;
     kernel::product(v.information, B, U);  // U = Λ B
     Matrix<Scalar, q, q> C = kernel::zeros<Matrix<Scalar, q, q>>();
     kernel::repeat<q>([&](int i) JML_INLINE { C(i, i) = Scalar(1) + damping; });
     kernel::add_symmetric_transposed_product<1>(C, B, U, C);  // C = (1 + μ) I + Bᵀ U
-    kernel::SymmetricFactor<Scalar, q> factor;
     regular = factor.factor(C);
-    if constexpr (!counted) {
+    if constexpr (rounding == Rounding::ignored) {
       if (!regular) return false;
     }
-    factor.right_solve(U, half, scaled, right);  // U C⁻¹
+    kernel::scale(factor.inverse_diagonal, Scalar(-1), factor.inverse_diagonal);  // now of -C
+    factor.right_solve(U, half, scaled, right);                                   // -U C⁻¹
     Vector<Scalar, q> g;
     kernel::add_transposed_product<1>(b, B, slope, g);  // g = b̃ + Bᵀ λ
-    const Vector<Scalar, q> Cg = factor.solve(g);       // C⁻¹ g = -k
-    kernel::repeat<q>([&](int i) JML_INLINE {
-      law.offset(i) = -Cg(i);
-      sums.decrease += g(i) * Cg(i) / Scalar(2);
-      sums.cost += b(i) * b(i) / Scalar(2);
-    });
-    kernel::add_symmetric_product<-1>(v.information, scaled, half, rest);  // Λ - U C⁻¹ Uᵀ
-    kernel::add_product<-1>(slope, U, Cg, slope);                          // λ + U k
-    const Matrix<Scalar, q, n> none = kernel::zeros<Matrix<Scalar, q, n>>();
-    kernel::add_transposed_product<-1>(none, right, A, law.gain);  // K = -C⁻¹ Uᵀ A
-    if (counted && closely)
-      sums.noise += count_rounding<Scalar, n, q>(A, B, law.gain, damping, v.information, v.rounding);
+    const Vector<Scalar, q> k = factor.solve(g);        // -C⁻¹ g
+    kernel::assign(law.offset, k);
+    sums.decrease -= kernel::dot(g, k) / Scalar(2);
+    if constexpr (rounding != Rounding::ignored) sums.cost += kernel::squared_norm(b) / Scalar(2);
+    kernel::add_symmetric_product<1>(v.information, scaled, half, rest);  // Λ - U C⁻¹ Uᵀ
+    kernel::add_product<1>(slope, U, k, slope);                           // λ + U k
+    kernel::transposed_product(right, A, law.gain);                       // K = -C⁻¹ Uᵀ A
   } else {
     kernel::assign(rest, v.information);
-    if (counted && closely)
-      sums.noise += count_rounding<Scalar, n, q>(A, B, law.gain, damping, v.information, v.rounding);
   }
-  if constexpr (counted) {
+  if constexpr (rounding == Rounding::counted) {
+    if constexpr (n <= 3 && q <= 3)
+      sums.noise += count_rounding(A, B, factor, law.gain, v.information, v.rounding);
+    else
+      sums.noise += count_rounding_apart(A, B, factor, law.gain, v.information, v.rounding);
+  }
+  if constexpr (rounding == Rounding::bounded) {
     Vector<Scalar, n> size, before = kernel::zeros<Vector<Scalar, n>>();
     kernel::repeat<n>([&](int i) JML_INLINE {
       size(i) = v.noise(i) + std::sqrt(v.information(i, i));
@@ -165,11 +178,9 @@ JML_INLINE inline bool pass_dynamics(const Matrix<Scalar, n, n>& A, const Matrix
     kernel::assign(v.noise, before);
   }
   Matrix<Scalar, n, n> restA;
-  kernel::product(rest, A, restA);  // (Λ - U C⁻¹ Uᵀ) A
-  const Matrix<Scalar, n, n> none = kernel::zeros<Matrix<Scalar, n, n>>();
-  const Vector<Scalar, n> zero = kernel::zeros<Vector<Scalar, n>>();
-  kernel::add_symmetric_transposed_product<1>(none, A, restA, v.information);  // Λ ← Aᵀ (Λ - U C⁻¹ Uᵀ) A
-  kernel::add_transposed_product<1>(zero, A, slope, v.slope);                  // λ ← Aᵀ (λ + U k)
+  kernel::product(rest, A, restA);                                // (Λ - U C⁻¹ Uᵀ) A
+  kernel::symmetric_transposed_product(A, restA, v.information);  // Λ ← Aᵀ (Λ - U C⁻¹ Uᵀ) A
+  kernel::transposed_product(A, slope, v.slope);                  // λ ← Aᵀ (λ + U k)
   return regular;
 }
 

@@ -10,6 +10,12 @@
 
 namespace jml::detail {
 
+/// Some sensor of a list is linear, so that too_fine() may be true.
+template <typename List>
+inline constexpr bool any_linear = true;
+template <typename... S>
+inline constexpr bool any_linear<Sensors<S...>> = (SensorTraits<S>::linear || ...);
+
 /// Of a linear m: an ε of y, and of the terms of H x, is more than 1e-7 of the deviation of a row (float:
 /// 1e-3), as thirty rows make five times as much. What a nonlinear m makes of its x is what its sensor says
 /// it is.

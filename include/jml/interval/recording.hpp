@@ -85,7 +85,7 @@ class Recording<D, Sensors<S...>, Scalar> {
     auto& node = nodes_.back();
     if constexpr (reads_contexts) node.context = at;
     node.x[now_] = nodes_[nodes_.size() - 2].x[now_];
-    node.first = {static_cast<std::uint32_t>(std::get<vector_of<S>>(records_).size())...};
+    node.first = node.end = {static_cast<std::uint32_t>(std::get<vector_of<S>>(records_).size())...};
     return Status::ok;
   }
   /// What append() of this measurement would answer.
@@ -109,6 +109,7 @@ class Recording<D, Sensors<S...>, Scalar> {
     if (const Status status = check(sensor, y, at); status != Status::ok) return status;
     auto& records = std::get<vector_of<Sensor>>(records_);
     records.push_back(Record<Scalar, n, Sensor, At>{sensor, y});
+    nodes_.back().end = {static_cast<std::uint32_t>(std::get<vector_of<S>>(records_).size())...};
     if constexpr (!Record<Scalar, n, Sensor, At>::varies)
       (void)records.back().freeze(kernel::zeros<X>(), At{});
     return Status::ok;
@@ -153,7 +154,7 @@ class Recording<D, Sensors<S...>, Scalar> {
   template <typename Sensor>
   using vector_of = std::vector<Record<Scalar, n, Sensor, At>>;
   struct RecordedNode : IntervalNode<Scalar, D, reads_contexts> {
-    std::array<std::uint32_t, sizeof...(S)> first{};  // of this node, in the records of each type
+    std::array<std::uint32_t, sizeof...(S)> first{}, end{};  // of this node, in the records of each type
   };
 
   /// Not asked again where there is room already.
@@ -168,9 +169,8 @@ class Recording<D, Sensors<S...>, Scalar> {
   template <typename Use, std::size_t... type>
   JML_INLINE void visit_each(int j, const Use& use, std::index_sequence<type...>) {
     const auto visit_type = [&](auto& records, std::size_t t) JML_INLINE {
-      const std::size_t begin = node(j).first[t];
-      const std::size_t end = j == last() ? records.size() : node(j + 1).first[t];
-      for (std::size_t i = begin; i < end; ++i) use(records[i]);
+      auto* const all = records.data();
+      for (std::size_t i = node(j).first[t], end = node(j).end[t]; i < end; ++i) use(all[i]);
     };
     (visit_type(std::get<type>(records_), type), ...);
   }

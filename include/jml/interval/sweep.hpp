@@ -9,6 +9,7 @@
 #include <jml/warnings_begin.hpp>
 #pragma once
 
+#include <jml/interval/diagnose.hpp>
 #include <jml/interval/linearised.hpp>
 #include <jml/interval/record_terms.hpp>
 #include <jml/model/hessian.hpp>
@@ -31,57 +32,10 @@ class Sweep {
   /// not finite or the quadratic model has no minimum.
   template <Curvature curvature = Curvature::none>
   [[nodiscard]] bool backward(bool infeasible, Scalar damping, PassSums<Scalar>& total) {
-    const int now = store_.now();
-    const Loss loss = loss_;
-    PassSums<Scalar> sums;  // a local one, which stays in registers
-    CostToGo<Scalar, n> v;
-    if (const Terminal<Scalar, n>* end = store_.terminal()) {
-      const X off = store_.node(store_.last()).x[now] - end->target;
-      v.information = end->weight;
-      v.slope = end->weight * off;
-      sums.cost = kernel::dot(off, v.slope) / Scalar(2);
+    if constexpr (curvature == Curvature::none) {
+      if (infeasible) return pass<Curvature::none, true>(damping, total);
     }
-    bool valid = true;
-    for (int j = store_.last();; --j) {
-      auto& node = store_.node(j);
-      X x;
-      kernel::assign(x, node.x[now]);
-      store_.visit(j, [&](const auto& record) JML_INLINE {
-        add_record<curvature, curvature == Curvature::full>(record, loss, x, end_of(node.at()), sums, v);
-      });
-      if (j == 0) break;
-      X previous;
-      kernel::assign(previous, store_.node(j - 1).x[now]);
-      const auto& root = store_.root(j);
-      if constexpr (curvature == Curvature::none && !NoiseRoot<Scalar, D>::constant) note_inputs(root.B);
-      Matrix<Scalar, n, n> A, bend;
-      if constexpr (curvature == Curvature::full)
-        dynamics_jacobian_and_hessian(store_.dynamics(), previous, v.slope, node.at(), A, bend);
-      else
-        A = dynamics_jacobian(store_.dynamics(), previous, node.at());
-      Vector<Scalar, q> b = kernel::zeros<Vector<Scalar, q>>();
-      if (infeasible) {
-        const X defect = dynamics(store_.dynamics(), previous, node.at()) + root.mean_effect - x;
-        kernel::add_product<1>(v.slope, v.information, defect, v.slope);  // λ + Λ (f + G w̄ - x)
-      } else {
-        kernel::assign(b, node.b[now]);
-      }
-      if constexpr (curvature == Curvature::full) {
-        const auto pass = [&](const auto& B, const auto& nominal)
-                              JML_INLINE { return pass_dynamics(A, B, nominal, damping, v, node.law, sums); };
-        if (!through_step(store_, j, b, node.law, sums, pass)) return stop_ = {j, v.information}, false;
-        add_symmetric(v.information, bend);
-      } else {
-        valid &=
-            through_step(store_, j, b, node.law, sums, [&](const auto& B, const auto& nominal) JML_INLINE {
-              return pass_dynamics<true>(A, B, nominal, damping, v, node.law, sums, infeasible);
-            });
-      }
-    }
-    if constexpr (curvature == Curvature::none && NoiseRoot<Scalar, D>::constant)
-      note_inputs(store_.root(0).B);
-    total = sums;
-    return valid && at_prior(infeasible, curvature == Curvature::full, damping, v, total);
+    return pass<curvature, false>(damping, total);
   }
 
   /// Where the last backward pass in the digits of Scalar ended, and Λ there: node 0 is the prior.
@@ -114,13 +68,12 @@ class Sweep {
            std::isfinite(total.decrease);
   }
 
-  /// Forward along the law into the other trajectory. Returns its J, and |δ|² of the whitened step; NaN where
-  /// a number is not finite.
-  [[nodiscard]] Scalar forward(bool infeasible, Scalar& step) {
+  /// Forward along the law into the other trajectory. Returns its J; NaN where a number is not finite.
+  [[nodiscard]] Scalar forward(bool infeasible) {
     if constexpr (by_digits) {
-      if (AllDigits<D, Scalar>::known(store_.start())) return forward_in_two(infeasible, step);
+      if (AllDigits<D, Scalar>::known(store_.start())) return forward_in_two(infeasible);
     }
-    return forward_by<false>(infeasible, step);
+    return forward_by<false>(infeasible);
   }
 
   /// The trajectory without disturbances from x̂_0, into the other one. Returns its J as forward() does.
@@ -133,8 +86,7 @@ class Sweep {
       node.x[store_.now()] = x;
       node.law = {};
     }
-    Scalar step = 0;
-    return forward(true, step);
+    return forward(true);
   }
 
   /// |∇J|, 2-norm over the whitened unknowns: the costate, backward along the nominal.
@@ -142,19 +94,24 @@ class Sweep {
     const int now = store_.now();
     CostToGo<Scalar, n> v;
     PassSums<Scalar> unused;
+    const Loss loss = loss_;
     if (const Terminal<Scalar, n>* end = store_.terminal())
       v.slope = end->weight * (store_.node(store_.last()).x[now] - end->target);
     Scalar sum = 0;
     for (int j = store_.last();; --j) {
       auto& node = store_.node(j);
-      store_.visit(j, [&](const auto& record) {
-        add_record<Curvature::none, false>(record, loss_, node.x[now], end_of(node.at()), unused, v);
+      X x, slope;
+      kernel::assign(x, node.x[now]);
+      store_.visit(j, [&](const auto& record) JML_INLINE {
+        add_record<Curvature::none, false>(record, loss, x, end_of(node.at()), unused, v);
       });
       if (j == 0) break;
-      Vector<Scalar, q> g = node.b[now] + kernel::transposed(store_.root(j).B) * v.slope;
+      Vector<Scalar, q> g;
+      kernel::add_transposed_product<1>(node.b[now], store_.root(j).B, v.slope, g);
       if constexpr (WeighsDisturbances<Store>) g += store_.disturbance_term(j, node.b[now]).slope;
       sum += kernel::squared_norm(g);
-      v.slope = kernel::transposed(step_jacobian(store_, j)) * v.slope;
+      kernel::assign(slope, v.slope);
+      kernel::transposed_product(step_jacobian(store_, j), slope, v.slope);
     }
     auto& prior = store_.prior();
     sum += kernel::squared_norm(prior.weighted(now) + kernel::transposed(prior.L) * v.slope);
@@ -163,41 +120,81 @@ class Sweep {
   }
 
   /// Why the nominal cannot be linearised, in the order of time.
-  [[nodiscard]] JML_RARE Status diagnose() {
-    const int now = store_.now();
-    Status status = Status::ok;
-    for (int j = 0; j <= store_.last() && status == Status::ok; ++j) {
-      auto& node = store_.node(j);
-      const X x = node.x[now];
-      if (!all_finite(x)) return Status::dynamics_not_finite;
-      store_.visit(j, [&](const auto& record) {
-        if constexpr (requires { record.sensor; }) {
-          const auto at = end_of(node.at());
-          const bool finite = all_finite(measurement(record.sensor, x, at)) &&
-                              all_finite(measurement_jacobian(record.sensor, x, at));
-          if (!finite) status = Status::sensor_not_finite;
-        }
-      });
-      if (status != Status::ok || j == store_.last()) break;
-      const auto at = store_.node(j + 1).at();
-      const bool finite = all_finite(dynamics(store_.dynamics(), x, at)) &&
-                          all_finite(dynamics_jacobian(store_.dynamics(), x, at));
-      if (!finite) status = Status::dynamics_not_finite;
-    }
-    return status == Status::ok ? Status::not_converged : status;
-  }
+  [[nodiscard]] Status diagnose() { return why_not_linear(store_); }
 
  private:
+  /// One backward pass; see backward().
+  template <Curvature curvature, bool infeasible>
+  [[nodiscard]] bool pass(Scalar damping, PassSums<Scalar>& total) {
+    constexpr auto rounding = curvature == Curvature::full ? Rounding::ignored
+                              : infeasible                 ? Rounding::counted
+                                                           : Rounding::bounded;
+    const int now = store_.now();
+    const Loss loss = loss_;
+    PassSums<Scalar> sums;  // a local one, which stays in registers
+    CostToGo<Scalar, n> v;
+    if (const Terminal<Scalar, n>* end = store_.terminal()) {
+      const X off = store_.node(store_.last()).x[now] - end->target;
+      const X slope = end->weight * off;
+      kernel::assign(v.information, end->weight);  // entry by entry, as all of v: it stays in registers
+      kernel::assign(v.slope, slope);
+      sums.cost = kernel::dot(off, slope) / Scalar(2);
+    }
+    bool valid = true;
+    for (int j = store_.last();; --j) {
+      auto& node = store_.node(j);
+      X x;
+      kernel::assign(x, node.x[now]);
+      store_.visit(j, [&](const auto& record) JML_INLINE {
+        add_record<curvature, curvature == Curvature::full>(record, loss, x, end_of(node.at()), sums, v);
+      });
+      if (j == 0) break;
+      X previous;
+      kernel::assign(previous, store_.node(j - 1).x[now]);
+      const auto& root = store_.root(j);
+      if constexpr (rounding == Rounding::bounded && !NoiseRoot<Scalar, D>::constant) note_inputs(root.B);
+      Matrix<Scalar, n, n> A, bend;
+      if constexpr (curvature == Curvature::full)
+        dynamics_jacobian_and_hessian(store_.dynamics(), previous, v.slope, node.at(), A, bend);
+      else
+        A = dynamics_jacobian(store_.dynamics(), previous, node.at());
+      Vector<Scalar, q> b = kernel::zeros<Vector<Scalar, q>>();
+      if constexpr (infeasible) {
+        X defect;
+        kernel::assign(defect, dynamics(store_.dynamics(), previous, node.at()));
+        if constexpr (NoiseRoot<Scalar, D>::has_mean) defect += root.mean_effect;
+        kernel::add_scaled(defect, defect, Scalar(-1), x);
+        kernel::add_product<1>(v.slope, v.information, defect, v.slope);  // λ + Λ (f + G w̄ - x)
+      } else {
+        kernel::assign(b, node.b[now]);
+      }
+      if constexpr (curvature == Curvature::full) {
+        const auto pass = [&](const auto& B, const auto& nominal)
+                              JML_INLINE { return pass_dynamics(A, B, nominal, damping, v, node.law, sums); };
+        if (!through_step(store_, j, b, node.law, sums, pass)) return stop_at(j, v), false;
+        add_symmetric(v.information, bend);
+      } else {
+        valid &=
+            through_step(store_, j, b, node.law, sums, [&](const auto& B, const auto& nominal) JML_INLINE {
+              return pass_dynamics<rounding>(A, B, nominal, damping, v, node.law, sums);
+            });
+      }
+    }
+    if constexpr (rounding == Rounding::bounded && NoiseRoot<Scalar, D>::constant)
+      note_inputs(store_.root(0).B);
+    total = sums;
+    return valid && at_prior(infeasible, curvature == Curvature::full, damping, v, total);
+  }
+
   /// `in_two`: the states in twice the digits.
   template <bool in_two>
-  [[nodiscard]] JML_INLINE Scalar forward_by(bool infeasible, Scalar& step) {
+  [[nodiscard]] JML_INLINE Scalar forward_by(bool infeasible) {
     const int now = store_.now(), next = store_.next();
     const Loss loss = loss_;
     auto& prior = store_.prior();
     prior.a[next] = infeasible ? prior.law : X(prior.a[now] + prior.law);
-    Scalar cost = prior.squared_norm(next) / Scalar(2);
-    Scalar moved = kernel::squared_norm(prior.law);
-    X x;
+    Scalar cost = prior.squared_norm(next) / Scalar(2), squares = 0;  // Σ |b|²
+    X x, off;
     kernel::add_product<1>(prior.x, prior.L, prior.a[next], x);  // x_0 = x̂_0 + L a
     [[maybe_unused]] std::conditional_t<in_two, BothInDigits<D, Scalar>, NotInDigits> both(store_);
     if constexpr (in_two) both.begin(prior, now, next, infeasible, x);
@@ -208,7 +205,6 @@ class Sweep {
           j, [&](const auto& record) JML_INLINE { cost += record_cost(record, loss, x, end_of(node.at())); });
       if (j == store_.last()) break;
       auto& following = store_.node(j + 1);
-      X off;
       kernel::add_scaled(off, x, Scalar(-1), node.x[now]);
       if constexpr (in_two) both.off(x, off);
       // b̃ + k first: it does not wait for x.
@@ -216,9 +212,8 @@ class Sweep {
       if (!infeasible) kernel::assign(nominal, following.b[now]);
       kernel::add_scaled(start, nominal, Scalar(1), following.law.offset);
       kernel::add_product<1>(start, following.law.gain, off, b);  // b = b̃ + k + K (x - x̃)
-      kernel::repeat<q>([&](int i) JML_INLINE { moved += (b(i) - nominal(i)) * (b(i) - nominal(i)); });
       kernel::assign(following.b[next], b);
-      kernel::repeat<q>([&](int i) JML_INLINE { cost += b(i) * b(i) / Scalar(2); });
+      squares += kernel::squared_norm(b);
       if constexpr (WeighsDisturbances<Store>) cost += store_.disturbance_term(j + 1, b).cost;
       const auto& root = store_.root(j + 1);
       X f;
@@ -228,14 +223,13 @@ class Sweep {
       if constexpr (in_two) both.move(store_, j + 1, b, nominal, node.x[next], x);
     }
     if (const Terminal<Scalar, n>* end = store_.terminal()) {
-      const X off = x - end->target;
+      off = x - end->target;
       cost += kernel::dot(off, X(end->weight * off)) / Scalar(2);
     }
-    step = moved;
-    return all_finite(x) ? cost : std::numeric_limits<Scalar>::quiet_NaN();
+    return all_finite(x) ? cost + squares / Scalar(2) : std::numeric_limits<Scalar>::quiet_NaN();
   }
 
-  JML_RARE Scalar forward_in_two(bool infeasible, Scalar& step) { return forward_by<true>(infeasible, step); }
+  JML_RARE Scalar forward_in_two(bool infeasible) { return forward_by<true>(infeasible); }
 
   /// The nominal begins at x̂_0 + L a in more digits than it is kept in.
   [[nodiscard]] bool follows_exactly(bool infeasible) const {
@@ -243,10 +237,15 @@ class Sweep {
     return false;
   }
 
-  JML_NOINLINE bool at_prior(bool infeasible, bool bent, Scalar damping, const CostToGo<Scalar, n>& v,
+  JML_INLINE void stop_at(int node, const CostToGo<Scalar, n>& v) {
+    stop_.node = node;
+    kernel::assign(stop_.information, v.information);
+  }
+
+  JML_NOINLINE bool at_prior(bool infeasible, bool bent, Scalar damping, const CostToGo<Scalar, n> v,
                              PassSums<Scalar>& sums) {
     auto& prior = store_.prior();
-    stop_ = {0, v.information};
+    stop_at(0, v);
     if (prior.diffuse && !bent) return false;
     const int now = store_.now();
     const X a = infeasible ? X(kernel::zeros<X>()) : prior.a[now];

@@ -77,12 +77,12 @@ template <typename Sweep, typename Store, typename Scalar>
     return false;
   const Scalar rounding = Scalar(64) * std::numeric_limits<Scalar>::epsilon() * (std::abs(cost) + Scalar(1));
   for (int halvings = 0; halvings < 20; ++halvings) {
-    Scalar step, ahead = sweep.forward(false, step);
+    Scalar ahead = sweep.forward(false);
     scale_way(store, Scalar(-1));
-    const Scalar back = sweep.forward(false, step);
+    const Scalar back = sweep.forward(false);
     if (ahead < back || !std::isfinite(back)) {
       scale_way(store, Scalar(-1));
-      ahead = sweep.forward(false, step);
+      ahead = sweep.forward(false);
     } else {
       ahead = back;
     }

@@ -16,6 +16,20 @@
 
 namespace jml {
 
+namespace detail {
+
+/// The compiler knows that it is 0: the derivative of a constant, along a state that does not occur. A sum or
+/// a product with it would stay, as it may be of an infinity or a -0.
+template <typename Number>
+JML_INLINE constexpr bool surely_zero([[maybe_unused]] const Number& number) {
+#if JML_GNU
+  if constexpr (std::is_floating_point_v<Number>) return __builtin_constant_p(number) && number == Number(0);
+#endif
+  return false;
+}
+
+}  // namespace detail
+
 /// value + Σ partial[i] ε_i, in place of a number of the type Base. n: derivatives.
 template <typename Base, int n>
 struct Dual {

@@ -29,8 +29,8 @@ Matrix<Scalar, n, n> hessian_by_duals(const Jacobian& jacobian, const Vector<Sca
   return out;
 }
 
-/// The Jacobian and the same sum, from one evaluation with all directions at once: for few states, where the
-/// numbers stay in registers.
+/// The Jacobian and the same sum, its lower triangle mirrored, from one evaluation with all directions at
+/// once: for few states, where the numbers stay in registers.
 template <int rows, typename Scalar, int n, typename Jacobian>
 JML_INLINE inline void jacobian_and_hessian_by_duals(const Jacobian& jacobian, const Vector<Scalar, n>& x,
                                                      const Vector<Scalar, rows>& weights,
@@ -46,9 +46,14 @@ JML_INLINE inline void jacobian_and_hessian_by_duals(const Jacobian& jacobian, c
   kernel::repeat<n>([&](int i) JML_INLINE {
     kernel::repeat<rows>([&](int k) JML_INLINE { J(k, i) = wide(k, i).value; });
     kernel::repeat<n>([&](int j) JML_INLINE {
+      if (j > i) return;
       Scalar sum = 0;
-      kernel::repeat<rows>([&](int k) JML_INLINE { sum += weights(k) * wide(k, i).partial[j]; });
+      kernel::repeat<rows>([&](int k) JML_INLINE {
+        const Scalar second = wide(k, i).partial[j];
+        if (!surely_zero(second)) sum += weights(k) * second;
+      });
       hessian(i, j) = sum;
+      hessian(j, i) = sum;
     });
   });
 }
@@ -121,7 +126,7 @@ JML_INLINE inline void dynamics_jacobian_and_hessian(const D& d, const Vector<Sc
     detail::jacobian_and_hessian_by_duals<n>(jacobian, x, weights, J, hessian);
   } else {
     J = dynamics_jacobian(d, x, at);
-    hessian = dynamics_hessian(d, x, weights, at);
+    hessian = kernel::symmetric_part(dynamics_hessian(d, x, weights, at));
   }
 }
 
@@ -140,7 +145,7 @@ JML_INLINE inline void measurement_jacobian_and_hessian(const S& s, const Vector
     detail::jacobian_and_hessian_by_duals<p>(jacobian, x, weights, J, hessian);
   } else {
     J = measurement_jacobian(s, x, at);
-    hessian = measurement_hessian(s, x, weights, at);
+    hessian = kernel::symmetric_part(measurement_hessian(s, x, weights, at));
   }
 }
 
