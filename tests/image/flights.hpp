@@ -6,17 +6,17 @@
 #include <gtest/gtest.h>
 
 #include <bit>
-#include <cstdlib>
 #include <jml/campaign/noise.hpp>
 #include <jml/jml.hpp>
 #include <memory>
 #include <vector>
 
+#include "by_night.hpp"
+
 namespace flights {
 
 using jml::Vector, jml::Matrix, jml::Status;
 
-inline bool by_night() { return std::getenv("JML_NIGHTLY") != nullptr; }
 /// Of every method.
 inline int stop_points() { return by_night() ? 10'000 : 300; }
 inline int damages() { return by_night() ? 1'000'000 : 100'000; }

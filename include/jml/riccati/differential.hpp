@@ -6,9 +6,7 @@
 ///   Ṗ = A P + P Bᵀ + G Q Gᵀ - P Dᵀ R⁻¹ E P,
 /// where Q and R are spectral densities. In the row (F, f_x, m_x, M) of the RNLS filter P is not symmetric.
 ///
-/// A nonsymmetric P may escape to infinity in finite time although Q ≥ 0 and R > 0: the quadratic term alone,
-/// Ṗ = -P Dᵀ R⁻¹ E P, has its pole where R + τ E P Dᵀ becomes singular. Where the symmetric part of that
-/// matrix is positive definite for a τ ahead there is none so near: every integrator's alarm.
+/// How long a step may be, and whether P escapes within it: step_bounds.hpp.
 #include <jml/warnings_begin.hpp>
 #pragma once
 
@@ -16,6 +14,7 @@
 #include <jml/riccati/gain_rule.hpp>
 #include <jml/riccati/measurement_noise.hpp>
 #include <jml/riccati/process_noise.hpp>
+#include <jml/riccati/step_bounds.hpp>
 #include <jml/status.hpp>
 
 namespace jml {
@@ -95,7 +94,7 @@ class Flow {
       if (!dynamics_.reaches(x, now)) return Status::step_too_long;
     }
     Square A = dynamics_slot<Rule::A>(rule_, dynamics_, x, x, now);
-    square_ = square_of_rate(A);
+    bounds_.at_slot(A);
     kernel::assign(dx, predicted_state(dynamics_, x, now));
     if constexpr (measured) {
       if (!noise_.at_point(sensor_, x, now)) return Status::invalid_noise_covariance;
@@ -113,10 +112,10 @@ class Flow {
       }
       const auto with_slot_e = [&](const Matrix<Scalar, p, n>& slot_e) JML_INLINE {
         if constexpr (p == 1)
-          rate_ = (slot_e * gain)(0, 0);  // E K
+          bounds_.rate = (slot_e * gain)(0, 0);  // E K
         else
-          kernel::product(slot_e, PD, feedback_);  // E P Dᵀ
-        if constexpr (symmetric) {                 // Ṗ = U + Uᵀ + G Q Gᵀ with U = (A - ½ K E) P
+          kernel::product(slot_e, PD, bounds_.feedback);  // E P Dᵀ
+        if constexpr (symmetric) {                        // Ṗ = U + Uᵀ + G Q Gᵀ with U = (A - ½ K E) P
           Matrix<Scalar, n, p> half;
           kernel::scale(half, Scalar(0.5), gain);  // ½ K
           Square closed, U;
@@ -144,30 +143,20 @@ class Flow {
     }
   }
 
-  /// After derivative(): whether a fixed step may be taken from that point. Explicit Runge-Kutta steps of
-  /// length h are stable while h times the rates of Ṗ, twice those of E K and of the model, is below 2.78; a
-  /// pole of P nearer than 2h is an escape.
+  /// After derivative(): whether a fixed step of length h may be taken from that point (step_bounds.hpp).
   [[nodiscard]] JML_INLINE inline Status permits(Scalar h) const {
-    if (square_ * h * h > Scalar(1.39 * 1.39)) return Status::step_too_long;
-    if constexpr (measured && p == 1) {
-      if (!symmetric && rate_ * h < Scalar(-0.5)) return Status::riccati_escape;
-      if (rate_ * h > Scalar(1.39)) return Status::step_too_long;
-    } else if constexpr (measured) {
-      if (!all_finite(feedback_)) return Status::ok;  // blamed at the end of the interval
-      if (!symmetric && pole_within(2 * h)) return Status::riccati_escape;
-      if (!positive(Scalar(1.39), -h)) return Status::step_too_long;
-    }
-    return Status::ok;
+    if constexpr (measured)
+      return bounds_.permits(h, noise_.R);
+    else
+      return bounds_.permits(h);
   }
 
   /// After derivative(): true if P may have a pole within time `ahead`.
   [[nodiscard]] bool pole_within(Scalar ahead) const {
-    if constexpr (!measured || symmetric)
-      return false;
-    else if constexpr (p == 1)
-      return !(Scalar(1) + ahead * rate_ > Scalar(0));
+    if constexpr (measured)
+      return bounds_.pole_within(ahead, noise_.R);
     else
-      return !positive(Scalar(1), ahead);
+      return false;
   }
 
   /// The coefficients of (19) at (t, x), ẋ without measurement, y - m(x), for integrators that want them.
@@ -256,17 +245,6 @@ class Flow {
   }
 
  private:
-  /// max |(A²)_ii|, the same in all units: the square of a rate at which states decay, grow or turn.
-  [[nodiscard]] JML_INLINE static Scalar square_of_rate(const Square& A) {
-    Scalar largest = 0;
-    kernel::repeat<n>([&](int i) JML_INLINE {
-      Scalar sum = 0;
-      kernel::repeat<n>([&](int k) JML_INLINE { sum += A(i, k) * A(k, i); });
-      largest = std::abs(sum) > largest ? std::abs(sum) : largest;
-    });
-    return largest;
-  }
-
   /// dP = left P + P Bᵀ + G Q Gᵀ, with `left` = A - K E.
   JML_INLINE inline Status finish(const X& x, const At& now, const Square& left, const Square& A,
                                   const Square& P, Square& dP) {
@@ -294,13 +272,6 @@ class Flow {
     return process_noise_.with(dynamics_, x, now, use) ? Status::ok : Status::invalid_disturbance_covariance;
   }
 
-  /// a R + b sym(E P Dᵀ) is positive definite.
-  [[nodiscard]] bool positive(Scalar a, Scalar b) const {
-    const Matrix<Scalar, p, p> sum = a * noise_.R + b * kernel::symmetric_part(feedback_);
-    kernel::SymmetricFactor<Scalar, p> factor;
-    return factor.factor(sum);
-  }
-
   const Rule& rule_;
   const D& dynamics_;
   const ProcessNoise<Scalar, D>& process_noise_;
@@ -309,9 +280,7 @@ class Flow {
   const Given& given_;
   struct Nothing {};
   [[no_unique_address]] std::conditional_t<measured, detail::MeasurementNoise<Scalar, n, S>, Nothing> noise_;
-  Matrix<Scalar, p, p> feedback_;  // E P Dᵀ of the last derivative, p > 1
-  Scalar rate_ = 0;                // E K of the last derivative, p = 1
-  Scalar square_ = 0;              // of a rate of the model there
+  StepBounds<Scalar, n, p, symmetric> bounds_;
 };
 
 }  // namespace jml

@@ -270,8 +270,7 @@ class CvodeSolver {
       return 0;
     }
 
-    /// Newton's matrix with each row over its tolerance: so the pivots do not depend on units, and rounding
-    /// of a large component does not reach a small one.
+    /// Newton's matrix, each row over its tolerance: no pivot, nor a small part's digits, depend on units.
     static int factor(SUNLinearSolver self, SUNMatrix a) {
       Memory& m = *static_cast<Memory*>(self->content);
       for (int k = 0; k < size; ++k) m.row(k) = std::min(m.weights(k), 1e200);
