@@ -30,6 +30,41 @@ TEST(StopAndGoOn, FixedLag) {
   EXPECT_GT(between, 10) << "no state was put in between two";
 }
 
+/// x_1² is seen, and the step bends: sweeps that lower J by less than they promise are damped.
+struct Bent {
+  static constexpr int states = 2, disturbances = 1, measurements = 1;
+  template <typename T>
+  Vector<T, 2> dynamics(const Vector<T, 2>& x) const {
+    using std::sin;
+    return {0.95 * x(0) + 0.2 * sin(3.0 * x(1)) + 0.03 * x(0) * x(0), 0.95 * x(1) + 0.2 * sin(3.0 * x(0))};
+  }
+  static Matrix<double, 2, 1> disturbance_input() { return {0.3, -0.6}; }
+  static Matrix<double, 1, 1> disturbance_covariance() { return Matrix<double, 1, 1>(0.05); }
+  template <typename T>
+  Vector<T, 1> measurement(const Vector<T, 2>& x) const {
+    return Vector<T, 1>(x(0) * x(0) + 0.3 * x(1));
+  }
+  static Matrix<double, 1, 1> noise_covariance() { return Matrix<double, 1, 1>(1e-2); }
+};
+// A trajectory that is neither the nominal nor the trial is not saved, and says nothing.
+TEST(StopAndGoOn, FixedLagThatIsDamped) {
+  const jml::Estimate<double, 2> start{Vector<double, 2>(0.5, -0.5), Matrix<double, 2, 2>::Identity()};
+  const auto make = [&] { return jml::Filter{jml::FixedLag<6>{}, Bent{}, jml::sensors<Bent>, start}; };
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    jml::Noise noise(seed);
+    auto filter = make();
+    for (int k = 0; k < 25; ++k) {
+      jml::ImageOf<decltype(filter)> image;
+      auto other = make();
+      ASSERT_EQ(jml::save(image, filter), Status::ok);
+      ASSERT_EQ(jml::restore(image, other), Status::ok);
+      const Vector<double, 1> y(noise.uniform(-0.5, k % 10 == 9 ? 5 : 1));
+      ASSERT_EQ(filter.step(Bent{}, y).status, other.step(Bent{}, y).status);
+      ASSERT_EQ(filter.x(), other.x()) << "seed " << seed << ", step " << k;
+    }
+  }
+}
+
 TEST(StopAndGoOn, FactoredFixedLag) {
   jml::Estimate<double, 2> start = pushed_start();
   start.P << 0.2, 0, 0, std::numeric_limits<double>::infinity();

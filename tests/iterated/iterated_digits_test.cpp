@@ -5,6 +5,7 @@
 
 #include <jml/filter/filter.hpp>
 #include <jml/iterated/factored_iterated.hpp>
+#include <jml/model/part.hpp>
 
 #include "iterated/quad_root.hpp"
 
@@ -69,6 +70,30 @@ TYPED_TEST(IteratedDigits, FollowsAKnownMotionInTwiceTheDigits) {
     }
     EXPECT_NEAR(filter.x()(0), 1000, 64 * 2.3e-16 * 1000) << variance;
     EXPECT_EQ(filter.x()(1), 1);
+  }
+}
+
+struct PositionAndSum {
+  static constexpr int measurements = 2;
+  static constexpr bool linear = true;
+  template <typename T>
+  jml::Vector<T, 2> measurement(const jml::Vector<T, 2>& x) const {
+    return {x(0), x(0) + x(1)};
+  }
+  Matrix2 noise_covariance() const { return Matrix2::Identity(); }
+};
+// 16/2 is rejected by 99 % of one row, 6.63, and would pass with two, 9.21. x(1) is known exactly.
+TYPED_TEST(IteratedDigits, GateOfAPartBesideAKnownState) {
+  for (const bool moves : {false, true}) {
+    jml::Filter filter{TypeParam{}, Drift{}, jml::Estimate<double, 2>{Vector2(0, 1), Vector2(1, 0).asDiagonal()}};
+    filter.gate.probability = 0.99;
+    const Vector2 y(4, 99);
+    const auto sensor = jml::part(PositionAndSum{}, jml::only(0));
+    const auto report = moves ? filter.step(sensor, y) : filter.update(sensor, y);
+    EXPECT_EQ(report.status, Status::ok);
+    EXPECT_EQ(report.degrees, 1);
+    EXPECT_EQ(report.gate, jml::Verdict::rejected);
+    EXPECT_EQ(filter.x(), Vector2(0, 1));
   }
 }
 

@@ -205,17 +205,17 @@ BatchReport<typename Store::Number> minimise(Store& store, const BatchOptions& o
       const Scalar ratio = model <= few * rounding ? Scalar(1) : (report.cost - cost) / model;
       slowly = in_two && !full && !all_linear<D, typename Store::List> && sums.decrease > before / Scalar(64);
       before = judged ? sums.decrease : none;
-      store.flip();
-      cost_before = report.cost;
-      report.cost = cost;
-      growth = 4;
-      newton = options.newton && ratio > Scalar(0.25);  // near enough for its model
-      ++accepted;
       if (ratio > Scalar(0.75))
         damping /= Scalar(10);
       else if (ratio < Scalar(0.25))
         damping = damping > Scalar(0) ? damping * Scalar(2) : begin_damping();
       if (damping < Scalar(0.01)) damping = 0;  // C ≥ 1: this is nothing
+      store.flip();                             // of three trajectories next() is now another
+      cost_before = report.cost;
+      report.cost = cost;
+      growth = 4;
+      newton = options.newton && ratio > Scalar(0.25);  // near enough for its model
+      ++accepted;
       if constexpr (all_linear<D, typename Store::List>) {
         const bool left =
             std::sqrt(Scalar(2) * sums.decrease / unknowns) > std::max(tolerance, Scalar(1e3) * epsilon);

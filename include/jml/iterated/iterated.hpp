@@ -58,15 +58,17 @@ struct ExactStep : Rule_ {
   template <typename Model, typename Belief, typename Sample, typename Report>
   void correct([[maybe_unused]] const Model& model, const Belief& prior, const Sample& sample, Belief& next,
                Report& report) const {
+    const auto degrees = report.degrees;
     const auto digits = correct_here(prior, sample, next, report);
     if constexpr (Rule::symmetric) {
       if (digits == detail::Digits::too_few)
         report.status = detail::step_in_two<detail::Motion::none>(rule(), Unobserved{}, prior, sample.at,
                                                                   sample, sample.at, next, report);
     }
-    if constexpr (Rule::symmetric && is_linear_sensor<Sample>())
-      keep_digits<Sample::measurements>(
-          prior, report, [&](auto& exact) { one_pass().correct(model, prior, sample, next, exact); });
+    if constexpr (Rule::symmetric && detail::is_affine<Model>() && is_linear_sensor<Sample>())
+      keep_digits<Sample::measurements>(prior, degrees, report, [&](auto& exact) {
+        one_pass().correct(model, prior, sample, next, exact);
+      });
   }
   /// @}
   /// One exact step, eq. (9): the estimate of x_i is revised together with that of x_{i+1}.
@@ -74,6 +76,7 @@ struct ExactStep : Rule_ {
   void step(const Model& model, const Belief& prior, const Sample& sample, Belief& next,
             Report& report) const {
     const auto end = end_of(sample.at);
+    const auto degrees = report.degrees;
     constexpr bool once = requires { Rule::measurement_only; };
     detail::Digits digits = detail::Digits::too_few;
     if constexpr (once) {
@@ -98,7 +101,7 @@ struct ExactStep : Rule_ {
     }
     if constexpr (Rule::symmetric && detail::is_affine<Model>() && is_linear_sensor<Sample>())
       keep_digits<Sample::measurements>(
-          prior, report, [&](auto& exact) { one_pass().step(model, prior, sample, next, exact); });
+          prior, degrees, report, [&](auto& exact) { one_pass().step(model, prior, sample, next, exact); });
   }
 
   /// Of a step in charts with disturbances: to the lowest minimum of its criterion, see whole_step.hpp.
@@ -118,12 +121,14 @@ struct ExactStep : Rule_ {
     return SensorTraits<std::remove_cvref_t<decltype(Sample::sensor)>>::linear;
   }
   /// Where x of some state is known better than Scalar can say, filter/known_states.hpp, the digits of a
-  /// linear step are those of the inner rule, whose step it is.
+  /// linear step are those of the inner rule, whose step it is. `degrees`: of the report before the step.
   template <int p, typename Belief, typename Report, typename Exactly>
-  JML_INLINE static void keep_digits(const Belief& prior, Report& report, const Exactly& exactly) {
+  JML_INLINE static void keep_digits(const Belief& prior, std::int16_t degrees, Report& report,
+                                     const Exactly& exactly) {
     if (!usable(report.status) || !detail::has_known_states(prior)) return;
     const auto status = report.status;
     StepReport<typename Belief::Scalar, Belief::states, p> exact;
+    exact.degrees = degrees;
     exactly(exact);
     static_cast<decltype(exact)&>(report) = exact;
     if (exact.status == Status::ok) report.status = status;
