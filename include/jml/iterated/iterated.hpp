@@ -118,7 +118,8 @@ struct ExactStep : Rule_ {
 
   template <typename Sample>
   static consteval bool is_linear_sensor() {
-    return SensorTraits<std::remove_cvref_t<decltype(Sample::sensor)>>::linear;
+    return detail::exact_sensor<std::remove_cvref_t<decltype(Sample::sensor)>,
+                                std::remove_cvref_t<decltype(Sample::y)>>();
   }
   /// Where x of some state is known better than Scalar can say, filter/known_states.hpp, the digits of a
   /// linear step are those of the inner rule, whose step it is. `degrees`: of the report before the step.
