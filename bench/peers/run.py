@@ -58,7 +58,7 @@ class Runner:
         self.data = os.path.join(build, "data")
         self.python = os.path.join(build, "venv", "bin", "python")
         self.skipped = {}  # (config, program) or program -> why
-        self.reasons = {}  # contender -> why, of install-peers.sh and of the builds
+        self.reasons = {}  # contender, or (set of flags, contender) -> why, of install-peers.sh and of the builds
         self.contests, self.asked, self.builds, self.not_measured, self.notes = [], [], [], [], []
         for path in sorted(glob.glob(os.path.join(SOURCE, "*.json"))):
             with open(path) as file:
@@ -128,7 +128,7 @@ class Runner:
             say(f"peers: not all was built, see {directory}/build.log")
         for line in self.lines(os.path.join(directory, "skipped.txt")):
             name, _, why = line.partition(": ")
-            self.reasons[name] = why
+            self.reasons[config["name"], name] = why
         subprocess.run([os.path.join(directory, "write_data"), self.data], check=True)
         return True
 
@@ -153,8 +153,9 @@ class Runner:
         if not takes_part(contender, config):
             return None, "takes part with other flags"
         for name in (contender["name"], self.program(contest, contender)):
-            if name in self.reasons:
-                return None, self.reasons[name]
+            for key in (name, (config["name"], name)):
+                if key in self.reasons:
+                    return None, self.reasons[key]
         if "run" in contender:
             command = [self.fill(word.replace("{contest}", contest["name"]), config) for word in contender["run"]]
         else:
