@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <jml/kernels.hpp>
+#include <jml/strips.hpp>
 #include <jml/campaign/noise.hpp>
 #include <utility>
 
@@ -129,11 +129,30 @@ void check_symmetric() {
   EXPECT_TRUE(out.whole()) << n;
 }
 
+/// out += Σ_j a_ij² w_j is start + (a∘a) w: what the proof of a covariance begins with.
+template <typename Scalar, int n>
+void check_weighted_squares() {
+  jml::Noise noise(300 + n);
+  jml::Matrix<Scalar, n, n> a, squares;
+  jml::Vector<Scalar, n> weights, start;
+  fill(a.data(), n * n, noise);
+  fill(weights.data(), n, noise);
+  fill(start.data(), n, noise);
+  for (int i = 0; i < n * n; ++i) squares.data()[i] = a.data()[i] * a.data()[i];
+  Fenced<Scalar, n, 1> out;
+  for (int i = 0; i < n; ++i) out.matrix(i) = start(i);
+  jml::kernel::add_weighted_squares(a, weights, out.matrix);
+  const Check<Scalar> check{n, n, 1, squares.data(), weights.data(), false};
+  check("add_weighted_squares", out.matrix.data(), 1, start.data());
+  EXPECT_TRUE(out.whole()) << n;
+}
+
 /// Sizes first..first + count - 1.
 template <typename Scalar, int first, int... i>
 void check_sizes(std::integer_sequence<int, i...>) {
   (check_rows<Scalar, first + i>(), ...);
   (check_symmetric<Scalar, first + i>(), ...);
+  (check_weighted_squares<Scalar, first + i>(), ...);
 }
 
 }  // namespace kernel_test
