@@ -3,8 +3,9 @@
 import os
 import platform
 import shutil
-import statistics
 import subprocess
+
+from ratios import quartiles
 
 CELL = 120  # characters of a table's cell, at most
 SETS = {"g++ -O2": "gpp-O2", "g++ -O3 -march=native": "gpp-O3-native", "clang++-19 -O2": "clangpp-19-O2",
@@ -119,15 +120,6 @@ def spread(ratio):
     places = 2 if ratio[0] < 20 else 1 if ratio[0] < 100 else 0
     digits = (lambda v: f"{v:.{places}f}") if ratio[0] > 0.095 else lambda v: f"{v:.3g}"
     return f"{digits(ratio[0])} [{digits(ratio[1])}, {digits(ratio[2])}]"
-
-
-def quartiles(of, other):
-    """Median and quartiles of of / other in the same rounds."""
-    each = sorted(a / b for a, b in zip(of, other))
-    if len(each) < 2:
-        return each * 3
-    low, middle, high = statistics.quantiles(each, n=4, method="inclusive")
-    return [middle, low, high]
 
 
 def title(contest):

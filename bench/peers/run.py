@@ -23,6 +23,7 @@ import sys
 import time
 
 import page
+import ratios
 
 SOURCE = os.path.dirname(os.path.abspath(__file__))
 QUICK = os.environ.get("JML_PEERS_QUICK", "") not in ("", "0")
@@ -318,7 +319,7 @@ def ratio(row, other):
     """Median and quartiles of row / other in the same rounds."""
     if other is None or not other.get("rounds") or len(other["rounds"]) != len(row["rounds"]):
         return None
-    return page.quartiles(row["rounds"], other["rounds"])
+    return ratios.quartiles(row["rounds"], other["rounds"])
 
 
 def write_csv(path, rows, shown):

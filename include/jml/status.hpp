@@ -136,9 +136,7 @@ enum class Solver : std::uint8_t {
       return "refused: P escapes to infinity within the step, or faster than the step can follow";
     case Status::step_too_long:
       return "refused: the fixed step is too long for this gain or model, take more substeps or a stiff "
-             "integrator; "
-             "or "
-             "it turns a state further than a chart reaches, take a shorter dt";
+             "integrator; or it turns a state further than a chart reaches, take a shorter dt";
     case Status::step_limit:
       return "refused: the integrator used all its steps before the end of the interval";
     case Status::accuracy_not_met:

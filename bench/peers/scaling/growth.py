@@ -6,15 +6,6 @@ import statistics
 LEVELS = [("-O2", "gpp-O2"), ("-O3 -march=native", "gpp-O3-native")]
 
 
-def quartiles(of, other):
-    """Median and quartiles of of / other in the same rounds."""
-    each = sorted(a / b for a, b in zip(of, other))
-    if len(each) < 2:
-        return each * 3
-    low, middle, high = statistics.quantiles(each, n=4, method="inclusive")
-    return [middle, low, high]
-
-
 def exponent(points):
     """Least squares of log y against log x."""
     logs = [(math.log(x), math.log(y)) for x, y in points]

@@ -4,7 +4,8 @@ import os
 import shutil
 import subprocess
 
-from growth import (LEVELS, VECTORS, exponent, instructions_ekf, instructions_jml, products_ekf, products_jml, quartiles)
+from growth import (LEVELS, VECTORS, exponent, instructions_ekf, instructions_jml, products_ekf, products_jml)
+from ratios import quartiles
 
 NEAR = 0.1  # how far an exponent may be from the expected one before a reason is asked for
 SHORT = {"-O2": "O2", "-O3 -march=native": "O3-native"}

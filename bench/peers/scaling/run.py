@@ -19,10 +19,13 @@ import subprocess
 import sys
 import time
 
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(1, os.path.dirname(HERE))  # ratios.py
+
 import growth
 import growth_page
+import ratios
 
-HERE = os.path.dirname(os.path.abspath(__file__))
 QUICK = os.environ.get("JML_PEERS_QUICK", "") not in ("", "0")
 ROUNDS = 5 if QUICK else 21
 BUILD_ALONE = os.environ.get("JML_PEERS_BUILD", "") not in ("", "0")
@@ -160,7 +163,7 @@ class Study:
             self.add("campaign", "-O2", what, count, statistics.median(all_times), "s")
         for what in ("threads", "ranks"):
             if times.get((what, 1)):
-                self.facts["gain_" + what] = growth.quartiles(times[what, 1], times[what, 2])
+                self.facts["gain_" + what] = ratios.quartiles(times[what, 1], times[what, 2])
 
     def write_csv(self):
         columns = ["study", "flags", "series", "x", "y", "unit", "n", "p", "iterations", "peak_kb", "allocations"]
