@@ -63,6 +63,13 @@ struct Column {
     repeat<count, 9>([&](int c) JML_INLINE { std::memcpy(to + c * width, &part[c], sizeof(P)); });
     rest.store(to + count * width);
   }
+  [[nodiscard]] JML_INLINE Scalar at(int i) const {
+    if (i >= count * width) return rest.at(i - count * width);
+    if constexpr (width == 1)
+      return part[i];
+    else
+      return part[i / width][i % width];
+  }
   /// += a factor.
   JML_INLINE void add(const Column& a, Scalar factor) {
     repeat<count, 9>([&](int c) JML_INLINE { part[c] += a.part[c] * factor; });
@@ -102,6 +109,7 @@ struct Column<Scalar, 0, width> {
   JML_INLINE void clear() {}
   JML_INLINE void load(const Scalar*) {}
   JML_INLINE void store(Scalar*) const {}
+  [[nodiscard]] JML_INLINE Scalar at(int) const { return Scalar(0); }
   JML_INLINE void add(const Column&, Scalar) {}
   JML_INLINE void add(const Column&, const Column&) {}
   JML_INLINE void subtract(const Column&, Scalar) {}

@@ -89,6 +89,27 @@ TEST(IntervalGenerator, OnceWrongInAWindow) {
   }
 }
 
+// And one of a state of 1e9 beside one that doubles each step and ends at 5e13: an ε of the first, in the second at
+// the second node, was 1.6e-6 deviations at the end, when only what was sent back had twice the digits.
+TEST(IntervalGenerator, OnceWrongWhereAnExpandingStateIsLedAlong) {
+  Tally tally;
+  fly_all(900, 106794, tally);
+  tally.print_wrong(Form::batch, false);
+  EXPECT_EQ(tally.total(Form::batch, false).wrong() + tally.total(Form::batch, false).refused, 0);
+  EXPECT_EQ(tally.total(Form::fixed_lag, false).wrong() + tally.total(Form::smoother, false).wrong(), 0);
+}
+
+// Two windows that are off by 0.2 and 0.5 deviations where the count of rounding in J's curvature is not believed.
+TEST(IntervalGenerator, RoundingThatIsCounted) {
+  Tally tally;
+  for (const std::uint64_t number : {39192, 8969}) fly_all(900, number, tally);
+  for (const Form form : {Form::fixed_lag, Form::batch, Form::smoother}) {
+    tally.print_wrong(form, false);
+    EXPECT_EQ(tally.total(form, false).wrong(), 0) << name_of(form);
+  }
+  EXPECT_LE(tally.total(Form::fixed_lag, false).refused, 1);
+}
+
 // And one of a P_0 of zeros, without disturbances: each node was f of the one before in doubles, and F expands.
 TEST(IntervalGenerator, OnceWrongWhereAStateIsKnown) {
   Tally tally;
