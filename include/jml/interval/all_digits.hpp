@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The states of an interval in twice the digits, where its start is known better than Scalar can say: what
-/// they lose to rounding no disturbance explains, and dynamics that expand make more of it.
+/// The states of an interval in twice the digits, where its start, or a state given later measurements, is
+/// known better than Scalar can say: what they lose to rounding no disturbance explains, and dynamics that
+/// expand make more of it.
 #include <jml/warnings_begin.hpp>
 #pragma once
 
@@ -29,6 +30,26 @@ struct AllDigits {
         tell = tell || low_digits_tell(std::numeric_limits<Scalar>::epsilon() * start.x(i), start.D(i));
     }
     return tell;
+  }
+
+  /// The same of node j on the nominal, given the measurements after it, which `information` is of: dynamics
+  /// that expand make more of what rounding left, and no disturbance explains it.
+  template <typename Store, typename Information>
+  [[nodiscard]] static JML_RARE bool told_later(Store& store, int j, Information& information) {
+    if constexpr (!DynamicsTraits<D>::linear) return false;
+    const int now = store.now();
+    const auto& prior = store.prior();
+    const X from = j > 0 ? X(store.node(j - 1).x[now]) : X(prior.a[now]);
+    const Matrix<Scalar, n, n> A =
+        j > 0 ? dynamics_jacobian(store.dynamics(), from, store.node(j).at()) : prior.L;
+    X sizes;
+    for (int i = 0; i < n; ++i) {
+      sizes(i) = std::abs(store.node(j).x[now](i));
+      for (int k = 0; k < n; ++k) sizes(i) += std::abs(A(i, k) * from(k));
+    }
+    const Scalar deviations =
+        std::numeric_limits<Scalar>::epsilon() * information.deviations_in(sizes.data());
+    return !(deviations <= plain_error<Scalar> / 10);
   }
 
   /// x_0 = x̂_0 + L a, into x.

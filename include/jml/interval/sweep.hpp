@@ -58,7 +58,7 @@ class Sweep {
     }
     pass_in_two(
         store_, loss_, infeasible, false, damping, -1, information, sums,
-        [&](int j) { note_rounding(j, information); },
+        [&](int j) { by_two_ = by_two_ || AllDigits<D, Scalar>::told_later(store_, j, information); },
         [&](int j, const Feedback<Scalar, n, q>& law) { store_.node(j).law = law; });
     auto& prior = store_.prior();
     const X a = infeasible ? X(kernel::zeros<X>()) : prior.a[now];
@@ -120,8 +120,7 @@ class Sweep {
     return std::isfinite(norm) ? norm : std::numeric_limits<Scalar>::infinity();
   }
 
-  /// Why the nominal cannot be linearised, in the order of time.
-  [[nodiscard]] Status diagnose() { return why_not_linear(store_); }
+  [[nodiscard]] Status diagnose() { return why_not_linear(store_); }  ///< why the nominal is not linearised
 
  private:
   /// One backward pass; see backward().
@@ -231,25 +230,6 @@ class Sweep {
   }
 
   JML_RARE Scalar forward_in_two(bool infeasible) { return forward_by<true>(infeasible); }
-
-  /// Whether an ε of what x_j is made of is no small part of its deviation given the measurements after it,
-  /// which `information` is of: dynamics that expand make more of it, and no disturbance explains it.
-  void note_rounding(int j, InformationInTwo<Scalar>& information) {
-    if constexpr (by_digits) {
-      const int now = store_.now();
-      const auto& prior = store_.prior();
-      const X from = j > 0 ? X(store_.node(j - 1).x[now]) : X(prior.a[now]);
-      const Matrix<Scalar, n, n> A = j > 0 ? step_jacobian(store_, j) : prior.L;
-      X sizes;
-      for (int i = 0; i < n; ++i) {
-        sizes(i) = std::abs(store_.node(j).x[now](i));
-        for (int k = 0; k < n; ++k) sizes(i) += std::abs(A(i, k) * from(k));
-      }
-      const Scalar moved = std::numeric_limits<Scalar>::epsilon() * information.deviations_in(sizes.data());
-      by_two_ = by_two_ || !(moved <= plain_error<Scalar> / 10);
-    }
-  }
-
   /// The nominal begins at x̂_0 + L a in more digits than it is kept in.
   [[nodiscard]] bool follows_exactly(bool infeasible) const {
     if constexpr (by_digits) return !infeasible && (by_two_ || AllDigits<D, Scalar>::known(store_.start()));
