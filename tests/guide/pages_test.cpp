@@ -10,8 +10,7 @@ namespace {
 TEST(Pages, AreAsTheProgramsAre) {
   const pages::Tree tree = pages::read_tree(JML_SOURCE_DIR);
   ASSERT_GT(tree.size(), 500U);
-  const pages::Rules rules{.generated = {"examples/guide/claims.md"},
-                           .awaited = {"examples/guide/scaling.md"}};
+  const pages::Rules rules{.generated = {"examples/guide/claims.md"}, .awaited = {}};
   for (const std::string& complaint : pages::Checker(tree, rules).check()) ADD_FAILURE() << complaint;
   for (const auto& [path, text] : tree) {
     if (!pages::Checker::is_page(path)) continue;
