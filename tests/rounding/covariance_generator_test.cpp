@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The generator, at the suite's size, on the filters, in double and by night in float: no usable status over a wrong covariance or state, and
-// no form that is right because it refuses. The long run, with the estimators of an interval, is
-// covariance_generator.cpp.
+// The generator, at the suite's size, on the filters, in double and by night in float: no usable status over
+// a wrong covariance or state, and no form that is right because it refuses. The long run, with the
+// estimators of an interval, is covariance_generator.cpp.
 #include <gtest/gtest.h>
 
 #include "rounding/known_states.hpp"
