@@ -13,11 +13,14 @@
 #include <jml/bounded/bounded_noise.hpp>
 #include <jml/campaign/noise.hpp>
 
+#include "by_night.hpp"
+
 namespace {
 
 using namespace jml::operators;
 
-constexpr int runs = 1'000'000, samples = 25;
+const int runs = by_night() ? 1'000'000 : 200'000;
+constexpr int samples = 25;
 constexpr double b = 0.7;
 
 struct Constant {

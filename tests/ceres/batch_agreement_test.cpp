@@ -40,6 +40,7 @@ TEST(Agreement, VanDerPolFromAKnownLine) {  // P_0 of rank one, along no axis
     expect_agreement(
         Flight(models::VanDerPol{}, models::SaturatingPosition{}, oscillator(0.09, 0.12, 0.16), 300, seed));
 }
+#ifdef JML_BY_NIGHT
 TEST(Agreement, RegularNoiseIsOneRound) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const auto report = expect_agreement(
@@ -51,6 +52,7 @@ TEST(Agreement, Pendulum) {  // rank-one noise along no axis
   for (std::uint64_t seed = 1; seed <= 5; ++seed)
     expect_agreement(Flight(models::Pendulum{}, models::SineSensor{}, oscillator(0.1, 0, 0.1), 300, seed));
 }
+#endif
 TEST(Agreement, RobustLosses) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const Flight flight(models::VanDerPol{}, models::SaturatingPosition{}, oscillator(0.3, 0, 0.3), 300, seed,
@@ -68,6 +70,7 @@ TEST(Agreement, RobustLosses) {
   }
 }
 
+#ifdef JML_BY_NIGHT
 TEST(Agreement, CeresDefaultTrustRegion) {
   const Flight flight(models::Pendulum{}, models::SineSensor{}, oscillator(0.1, 0, 0.1), 300, 1);
   jml::CeresOptions options;
@@ -75,5 +78,6 @@ TEST(Agreement, CeresDefaultTrustRegion) {
   auto by_sweep = flight.batch(), by_ceres = flight.batch();
   expect_agreement(by_sweep, by_ceres, options);
 }
+#endif
 
 }  // namespace

@@ -8,8 +8,6 @@ namespace {
 
 using demo_results::Summary;
 
-TEST(RnlsDemo, WritesTheSameBytesTwice) { demo_results::expect_same_bytes_twice("rnls"); }
-
 // A held y is half a sample old on the mean, and the filters are fast beside the oscillator: the error is
 // dt/2 · ξ'. 2e-4 at 1 ms, proportional to the sample, for every filter and start. The lag of the filter
 // itself, and its start, leave less than a per cent.

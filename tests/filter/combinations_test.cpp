@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A combination that compiles is a combination that is tested: every discrete method, with SDC matrices and
-// Jacobians of the model's own or derived, in double and in float, by every verb. Where theory says they are equal
+// Jacobians of the model's own or derived, in double and in float (of its own in float by night), by every verb. Where theory says they are equal
 // they agree: own and derived to rounding, float and double to float's.
 // (What these methods are right about is tested elsewhere; here none may be missing.)
 #include <gtest/gtest.h>
@@ -66,9 +66,11 @@ void check(const char* name, const M& method, const F& in_float) {
   SCOPED_TRACE(name);
   const Flown own = fly_by<double, true>(method);
   expect_near(own, fly_by<double, false>(method), 1e-9, "own and derived");
-  const Flown single = fly_by<float, true>(in_float);
+  const Flown single = fly_by<float, false>(in_float);
   expect_near(own, single, 2e-4, "double and float");
-  expect_near(single, fly_by<float, false>(in_float), 2e-4, "own and derived in float");
+#ifdef JML_BY_NIGHT
+  expect_near(single, fly_by<float, true>(in_float), 2e-4, "own and derived in float");
+#endif
 }
 template <typename M>
 void check(const char* name, const M& method) {
@@ -139,9 +141,12 @@ TEST(Combinations, Recorders) {
   Vector<double, 2> smoothed[4], whole[4];
   record<double, true>(smoothed[0], whole[0]);
   record<double, false>(smoothed[1], whole[1]);
-  record<float, true>(smoothed[2], whole[2]);
-  record<float, false>(smoothed[3], whole[3]);
-  for (int i = 1; i < 4; ++i) {
+  record<float, false>(smoothed[2], whole[2]);
+  int recorded = 3;
+#ifdef JML_BY_NIGHT
+  record<float, true>(smoothed[recorded++], whole[3]);
+#endif
+  for (int i = 1; i < recorded; ++i) {
     EXPECT_LT((smoothed[i] - smoothed[0]).norm(), i == 1 ? 1e-9 : 1e-4) << i;
     EXPECT_LT((whole[i] - whole[0]).norm(), i == 1 ? 1e-7 : 1e-3) << i;
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The generator, at the suite's size, on the filters: no usable status over a wrong covariance or state, and
-// no form that is right because it refuses. The long run, with the estimators of an interval, is
-// covariance_generator.cpp.
+// The generator, at the suite's size, on the filters, in double and by night in float: no usable status over
+// a wrong covariance or state, and no form that is right because it refuses. The long run, with the
+// estimators of an interval, is covariance_generator.cpp.
 #include <gtest/gtest.h>
 
 #include "rounding/known_states.hpp"
@@ -11,17 +11,31 @@ namespace {
 
 using namespace rounding;
 
+#ifdef JML_BY_NIGHT
+constexpr bool with_single = true;
+#else
+constexpr bool with_single = false;
+#endif
+void fly(std::uint64_t seed, std::uint64_t number, Tally& tally) {
+  if constexpr (with_single) {
+    fly_problem<false>(seed, number, {true, true, false}, tally);
+  } else if (!is_single(number)) {
+    with_size(number, [&]<int n, int p>() {
+      fly_all<double, n, p, false>(make_problem(seed, number, n, p, false), {true, true, false}, tally);
+    });
+  }
+}
+
 // One test, as each is a program's run of its own, and all of it asks the same flights.
 TEST(CovarianceGenerator, FormsAreRightAndAnswer) {
   Tally tally;
-  for (std::uint64_t number = 0; number < 3000; ++number)
-    fly_problem<false>(1, number, {true, true, false}, tally);
+  for (std::uint64_t number = 0; number < 3000; ++number) fly(1, number, tally);
   for (const Form form : {Form::plain, Form::factored}) {
     tally.print(form, false);
     tally.print_wrong(form, false);
-    tally.print(form, true);  // by the same rules in float, to be seen
+    if (with_single) tally.print(form, true);  // by the same rules in float, to be seen
     tally.print_figures(form, false);
-    tally.print_figures(form, true);
+    if (with_single) tally.print_figures(form, true);
     const auto all = tally.total(form, false);
     EXPECT_GT(all.problems, 1000) << name_of(form);
     EXPECT_EQ(all.wrong_P, 0) << name_of(form);
@@ -49,11 +63,10 @@ TEST(CovarianceGenerator, FormsAreRightAndAnswer) {
 TEST(CovarianceGenerator, OnceWrong) {
   Tally tally;
   for (const std::uint64_t number : {263374, 209925, 346055, 112428, 64029, 17487, 381166, 499743, 429093})
-    fly_problem<false>(31, number, {true, true, false}, tally);
+    fly(31, number, tally);
   // A P of equal numbers, whose difference not even twice the digits of its entries hold: rounding seems to
   // lose nothing.
-  for (const std::uint64_t number : {233250, 331460, 359297})
-    fly_problem<false>(301, number, {true, true, false}, tally);
+  for (const std::uint64_t number : {233250, 331460, 359297}) fly(301, number, tally);
   for (const Form form : {Form::plain, Form::factored}) {
     tally.print_wrong(form, false);
     EXPECT_EQ(tally.total(form, false).wrong(), 0) << name_of(form);
@@ -66,8 +79,7 @@ TEST(CovarianceGenerator, OnceWrong) {
 // makes more of it.
 TEST(CovarianceGenerator, OnceWrongWhereAStateIsKnown) {
   Tally tally;
-  for (const std::uint64_t number : {116564, 256036})
-    fly_problem<false>(301, number, {true, true, false}, tally);
+  for (const std::uint64_t number : {116564, 256036}) fly(301, number, tally);
   for (const Form form : {Form::plain, Form::factored}) {
     tally.print_wrong(form, false);
     EXPECT_EQ(tally.total(form, false).problems, 2) << name_of(form);
@@ -85,13 +97,15 @@ TEST(CovarianceGenerator, KnownStatesOfExpandingModels) {
       fly_all<Scalar, n, p, false>(problem, {true, true, false}, tally);
     };
     with_size(number, [&]<int n, int p>() {
-      if (is_single(number))
-        fly.template operator()<float, n, p>(0);
-      else
+      if (!is_single(number)) {
         fly.template operator()<double, n, p>(0);
+      } else if constexpr (with_single) {
+        fly.template operator()<float, n, p>(0);
+      }
     });
   }
   for (const bool single : {false, true}) {
+    if (single && !with_single) continue;
     const auto plain = tally.total(Form::plain, single);
     tally.print(Form::plain, single);
     tally.print_wrong(Form::plain, single);
