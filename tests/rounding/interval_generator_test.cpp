@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The generator, at the suite's size, on the estimators of an interval: every node of a batch and of a
-// smoother, and the window of a fixed lag; by night with 8 states too. In double; the long run (covariance_generator.cpp) has float too.
+// smoother, and the window of a fixed lag, by night more of them. In double; the long run (covariance_generator.cpp) has
+// float too.
 #include <gtest/gtest.h>
 
 #include <jml/filter/way_out.hpp>
@@ -13,12 +14,6 @@ namespace {
 
 using namespace rounding;
 
-#ifdef JML_BY_NIGHT
-constexpr int largest = 8;  // states
-#else
-constexpr int largest = 6;
-#endif
-
 template <int n, int p>
 void fly_each(const Problem& problem, Tally& tally) {
   const Flight flight(problem);
@@ -28,10 +23,8 @@ void fly_each(const Problem& problem, Tally& tally) {
 }
 void fly_all(std::uint64_t seed, std::uint64_t number, Tally& tally) {
   with_size(number, [&]<int n, int p>() {
-    if constexpr (n <= largest) {
-      const Problem problem = make_problem(seed, number, n, p, false);
-      if (problem.dense) fly_each<n, p>(problem, tally);
-    }
+    const Problem problem = make_problem(seed, number, n, p, false);
+    if (problem.dense) fly_each<n, p>(problem, tally);
   });
 }
 
@@ -135,9 +128,7 @@ TEST(IntervalGenerator, OnceWrongWhereAStateIsKnown) {
 TEST(IntervalGenerator, KnownStatesOfExpandingModels) {
   Tally tally;
   for (std::uint64_t number = 0; number < 200; ++number) {
-    with_size(number, [&]<int n, int p>() {
-      if constexpr (n <= largest) fly_each<n, p>(make_known_states(number, n, p, false), tally);
-    });
+    with_size(number, [&]<int n, int p>() { fly_each<n, p>(make_known_states(number, n, p, false), tally); });
   }
   for (const Form form : {Form::fixed_lag, Form::batch, Form::smoother}) {
     tally.print(form, false);
