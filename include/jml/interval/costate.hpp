@@ -14,6 +14,7 @@
 #pragma once
 
 #include <jml/factors.hpp>
+#include <jml/model/dual.hpp>
 
 namespace jml::detail {
 
@@ -49,17 +50,47 @@ struct PassSums {
 template <typename Scalar>
 inline constexpr Scalar most_noise = std::is_same_v<Scalar, float> ? Scalar(1e-2) : Scalar(1e-7);
 
-/// One measurement of the node: mᵀR⁻¹m and -mᵀR⁻¹r.
+/// One measurement of the node: mᵀR⁻¹m and -mᵀR⁻¹r, with R = L D Lᵀ.
 template <typename Scalar, int n, int p>
 JML_INLINE inline void add_measurement(const Matrix<Scalar, p, n>& m_x,
                                        const kernel::SymmetricFactor<Scalar, p>& R,
                                        const Vector<Scalar, p>& residual, CostToGo<Scalar, n>& v) {
-  Matrix<Scalar, n, p> mT, half, scaled, mR;
-  kernel::repeat<p>([&](int j)
-                        JML_INLINE { kernel::repeat<n>([&](int i) JML_INLINE { mT(i, j) = m_x(j, i); }); });
-  R.right_solve(mT, half, scaled, mR);                                           // mᵀ R⁻¹
-  kernel::add_symmetric_product<1>(v.information, scaled, half, v.information);  // Λ + mᵀ R⁻¹ m
-  kernel::add_product<-1>(v.slope, mR, residual, v.slope);                       // λ - mᵀ R⁻¹ r
+  if constexpr (n <= 3 && p <= 3) {  // without the entries of m that the compiler knows to be zero
+    Matrix<Scalar, n, p> half, scaled;
+    Vector<Scalar, p> e;
+    kernel::repeat<p>([&](int j) JML_INLINE {
+      e(j) = residual(j);
+      kernel::repeat<p>([&](int k) JML_INLINE {
+        if (k < j) e(j) -= R.lower(j, k) * e(k);  // L⁻¹ r
+      });
+      kernel::repeat<n>([&](int i) JML_INLINE {
+        Scalar sum = m_x(j, i);
+        kernel::repeat<p>([&](int k) JML_INLINE {
+          if (k < j && !surely_zero(half(i, k))) sum -= half(i, k) * R.lower(j, k);
+        });
+        half(i, j) = sum;                                                           // mᵀ L⁻ᵀ
+        scaled(i, j) = surely_zero(sum) ? Scalar(0) : sum * R.inverse_diagonal(j);  // mᵀ L⁻ᵀ D⁻¹
+        if (!surely_zero(sum)) v.slope(i) -= scaled(i, j) * e(j);                   // λ - mᵀ R⁻¹ r
+      });
+    });
+    kernel::repeat<n>([&](int j) JML_INLINE {
+      kernel::repeat<n>([&](int i) JML_INLINE {
+        if (i < j) return;
+        kernel::repeat<p>([&](int k) JML_INLINE {  // Λ + mᵀ R⁻¹ m
+          if (!surely_zero(half(i, k)) && !surely_zero(half(j, k)))
+            v.information(i, j) += scaled(i, k) * half(j, k);
+        });
+        v.information(j, i) = v.information(i, j);
+      });
+    });
+  } else {
+    Matrix<Scalar, n, p> mT, half, scaled, mR;
+    kernel::repeat<p>([&](int j)
+                          JML_INLINE { kernel::repeat<n>([&](int i) JML_INLINE { mT(i, j) = m_x(j, i); }); });
+    R.right_solve(mT, half, scaled, mR);                                           // mᵀ R⁻¹
+    kernel::add_symmetric_product<1>(v.information, scaled, half, v.information);  // Λ + mᵀ R⁻¹ m
+    kernel::add_product<-1>(v.slope, mR, residual, v.slope);                       // λ - mᵀ R⁻¹ r
+  }
 }
 
 /// What it adds under a robust loss of slope ρ' and bend β: ρ' mᵀR⁻¹m - β (mᵀR⁻¹r)(mᵀR⁻¹r)ᵀ and -ρ' mᵀR⁻¹r.
