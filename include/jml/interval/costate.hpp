@@ -115,9 +115,9 @@ template <typename Scalar, int n, int p>
 enum class Rounding { ignored, bounded, counted };
 
 /// What of ε N reaches the unknowns b is Bᵀ N B against C = I + Bᵀ Λ B; and through the step an error goes as
-/// Λ does, N ← (A + B K)ᵀ N (A + B K), to which the rounding of what is left adds Aᵀ diag(Λ) A. Over all
-/// steps the sum is Σ tr(ε diag(Λ) P) with the covariances P given all data. `minus_C`: -C, factored. Returns
-/// what is added to sums.noise.
+/// Λ does, N ← (A + B K)ᵀ N (A + B K), to which the rounding of what is left adds the diagonal of
+/// Aᵀ diag(Λ) A. Over all steps the sum is Σ tr(ε diag(Λ) P) with the covariances P given all data, and that
+/// of what was left. `minus_C`: -C, factored. Returns what is added to sums.noise.
 template <typename Scalar, int n, int q>
 [[nodiscard]] JML_INLINE inline Scalar count_rounding(const Matrix<Scalar, n, n>& A,
                                                       const Matrix<Scalar, n, q>& B,
