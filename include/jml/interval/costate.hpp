@@ -164,7 +164,7 @@ JML_INLINE inline bool pass_dynamics(const Matrix<Scalar, n, n>& A, const Matrix
                                      Feedback<Scalar, n, q>& law, PassSums<Scalar>& sums) {
   Vector<Scalar, n> slope;
   kernel::assign(slope, v.slope);
-  Matrix<Scalar, n, n> rest;
+  Matrix<Scalar, n, n> rest, half_way;
   bool regular = true;
   kernel::SymmetricFactor<Scalar, q> factor;
   if constexpr (q > 0) {
@@ -178,13 +178,26 @@ JML_INLINE inline bool pass_dynamics(const Matrix<Scalar, n, n>& A, const Matrix
       if (!regular) return false;
     }
     kernel::scale(factor.inverse_diagonal, Scalar(-1), factor.inverse_diagonal);  // now of -C
-    factor.right_solve(U, half, scaled, right);                                   // -U C⁻¹
     Vector<Scalar, q> g;
     kernel::add_transposed_product<1>(b, B, slope, g);  // g = b̃ + Bᵀ λ
     const Vector<Scalar, q> k = factor.solve(g);        // -C⁻¹ g
     kernel::assign(law.offset, k);
     sums.decrease -= kernel::dot(g, k) / Scalar(2);
     if constexpr (rounding != Rounding::ignored) sums.cost += kernel::squared_norm(b) / Scalar(2);
+    if constexpr (rounding == Rounding::ignored && n <= 3 && q <= 3) {
+      // By W = Aᵀ U, where that is cheap: Aᵀ Λ A does not wait for C, and a step waits for the one before it.
+      Matrix<Scalar, n, q> W;
+      kernel::transposed_product(A, U, W);
+      kernel::product(v.information, A, half_way);
+      kernel::symmetric_transposed_product(A, half_way, rest);
+      factor.right_solve(W, half, scaled, right);  // -W C⁻¹ = Kᵀ
+      kernel::assign(law.gain, kernel::transposed(right));
+      kernel::add_symmetric_product<1>(rest, scaled, half, v.information);  // Aᵀ Λ A - W C⁻¹ Wᵀ
+      kernel::transposed_product(A, slope, v.slope);
+      kernel::add_product<1>(v.slope, W, k, v.slope);  // Aᵀ λ + W k
+      return true;
+    }
+    factor.right_solve(U, half, scaled, right);                           // -U C⁻¹
     kernel::add_symmetric_product<1>(v.information, scaled, half, rest);  // Λ - U C⁻¹ Uᵀ
     kernel::add_product<1>(slope, U, k, slope);                           // λ + U k
     kernel::transposed_product(right, A, law.gain);                       // K = -C⁻¹ Uᵀ A
@@ -208,10 +221,9 @@ JML_INLINE inline bool pass_dynamics(const Matrix<Scalar, n, n>& A, const Matrix
     });
     kernel::assign(v.noise, before);
   }
-  Matrix<Scalar, n, n> restA;
-  kernel::product(rest, A, restA);                                // (Λ - U C⁻¹ Uᵀ) A
-  kernel::symmetric_transposed_product(A, restA, v.information);  // Λ ← Aᵀ (Λ - U C⁻¹ Uᵀ) A
-  kernel::transposed_product(A, slope, v.slope);                  // λ ← Aᵀ (λ + U k)
+  kernel::product(rest, A, half_way);                                // (Λ - U C⁻¹ Uᵀ) A
+  kernel::symmetric_transposed_product(A, half_way, v.information);  // Λ ← Aᵀ (Λ - U C⁻¹ Uᵀ) A
+  kernel::transposed_product(A, slope, v.slope);                     // λ ← Aᵀ (λ + U k)
   return regular;
 }
 
