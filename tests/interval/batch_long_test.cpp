@@ -155,7 +155,7 @@ TEST(BatchLong, UnstableLinearSystem) {
 // Rounding of a pass, to first order: of every Λ an ε of its diagonal, and of what the step before it makes
 // of that, each in the direction in which the data leave the state. Λ and P by covariances and their inverses
 // here.
-TEST(BatchLong, RoundingIsCountedByTheCovariances) {
+TEST(BatchLong, APassByTheCovariances) {
   using Square = Matrix<double, 2, 2>;
   constexpr int steps = 12;
   models::LinearDynamics<2, 2> d;
@@ -169,9 +169,9 @@ TEST(BatchLong, RoundingIsCountedByTheCovariances) {
   prior.P << 2, 0.5, 0.5, 0.8;
   jml::Batch batch{d, jml::sensors<models::LinearSensor<2, 1>>, prior, {steps}};
   for (int k = 0; k < steps; ++k) ASSERT_EQ(batch.step(s, 0.1 * k), jml::Status::ok);
-  ASSERT_EQ(batch.solve().status, jml::Status::ok);
+  auto& store = batch.recording();
   jml::detail::PassSums<double> sums;
-  jml::detail::Sweep sweep(batch.recording(), jml::Loss{});
+  jml::detail::Sweep sweep(store, jml::Loss{});
   ASSERT_TRUE(sweep.backward(true, 0, sums));
 
   const auto inverse = [](const Square& a) {
@@ -206,6 +206,20 @@ TEST(BatchLong, RoundingIsCountedByTheCovariances) {
     for (int i = 0; i < 2; ++i) expected += lost(i, 0) * P(0, i) + lost(i, 1) * P(1, i);
   }
   EXPECT_NEAR(sums.noise, 4 * expected, 1e-12 * expected);
+
+  // The law of Newton's pass, from w = 0: x⁺ = (I + Q Λ)⁻¹ (F x - Q λ), with Q for G Q Gᵀ.
+  ASSERT_TRUE(sweep.backward<jml::detail::Curvature::full>(false, 0, sums));
+  Vector<double, 2> slope = Vector<double, 2>::Zero();
+  for (int k = steps; k > 0; --k) {
+    const auto& law = store.node(k).law;
+    const Square B = store.root(k).B, L = later[static_cast<std::size_t>(k)];
+    slope -= s.M.transpose() * ((0.1 * (k - 1) - (s.M * batch.x(k))(0)) / s.R(0, 0));
+    const Square C = Square::Identity() + noise * L, left = inverse(C);
+    const Vector<double, 2> moved = -(left * (noise * slope));
+    EXPECT_LE((B * law.offset - moved).norm(), 1e-12 * (1 + moved.norm())) << k;
+    EXPECT_LE((d.F + B * law.gain - left * d.F).norm(), 1e-12) << k;
+    slope = d.F.transpose() * (slope + L * moved);
+  }
 }
 
 }  // namespace
