@@ -152,4 +152,74 @@ TEST(BatchLong, UnstableLinearSystem) {
   EXPECT_LE((early - late).norm(), 1e-13 * early.norm());
 }
 
+// Rounding of a pass, to first order: of every Λ an ε of its diagonal, and of what the step before it makes
+// of that, each in the direction in which the data leave the state. Λ and P by covariances and their inverses
+// here.
+TEST(BatchLong, APassByTheCovariances) {
+  using Square = Matrix<double, 2, 2>;
+  constexpr int steps = 12;
+  models::LinearDynamics<2, 2> d;
+  d.F << 1.5, 0.1, -0.2, 0.7;
+  d.G << 1, 0.3, -0.5, 2;
+  d.Q << 0.2, 0.05, 0.05, 0.1;
+  models::LinearSensor<2, 1> s;
+  s.M << 1, 0.5;
+  s.R << 0.1;
+  jml::Estimate<double, 2> prior{{0.3, -0.2}, Square::Identity()};
+  prior.P << 2, 0.5, 0.5, 0.8;
+  jml::Batch batch{d, jml::sensors<models::LinearSensor<2, 1>>, prior, {steps}};
+  for (int k = 0; k < steps; ++k) ASSERT_EQ(batch.step(s, 0.1 * k), jml::Status::ok);
+  auto& store = batch.recording();
+  jml::detail::PassSums<double> sums;
+  jml::detail::Sweep sweep(store, jml::Loss{});
+  ASSERT_TRUE(sweep.backward(true, 0, sums));
+
+  const auto inverse = [](const Square& a) {
+    Square out;
+    out << a(1, 1), -a(0, 1), -a(1, 0), a(0, 0);
+    return Square(out / (a(0, 0) * a(1, 1) - a(0, 1) * a(1, 0)));
+  };
+  const auto diagonal = [](const Square& a) {
+    Square out = Square::Zero();
+    out(0, 0) = a(0, 0);
+    out(1, 1) = a(1, 1);
+    return out;
+  };
+  const Square of_row = s.M.transpose() * s.M / s.R(0, 0), noise = d.G * d.Q * d.G.transpose();
+  std::vector<Square> before{prior.P}, later(steps + 1);  // P given the data before a node; Λ from it on
+  for (std::size_t k = 0; k < steps; ++k) {
+    Square left = inverse(before[k]);
+    if (k > 0) left += of_row;
+    before.push_back(d.F * inverse(left) * d.F.transpose() + noise);
+  }
+  double expected = 0;
+  for (std::size_t k = steps + 1; k-- > 0;) {
+    Square lost = Square::Zero(), C = Square::Identity();
+    later[k] = k == 0 ? lost : of_row;
+    if (k < steps) {
+      C += later[k + 1] * noise;
+      later[k] += d.F.transpose() * inverse(C) * later[k + 1] * d.F;
+      lost = diagonal(d.F.transpose() * diagonal(later[k + 1]) * d.F);
+    }
+    lost += diagonal(later[k]);
+    const Square P = inverse(Square(inverse(before[k]) + later[k]));
+    for (int i = 0; i < 2; ++i) expected += lost(i, 0) * P(0, i) + lost(i, 1) * P(1, i);
+  }
+  EXPECT_NEAR(sums.noise, 4 * expected, 1e-12 * expected);
+
+  // The law of Newton's pass, from w = 0: x⁺ = (I + Q Λ)⁻¹ (F x - Q λ), with Q for G Q Gᵀ.
+  ASSERT_TRUE(sweep.backward<jml::detail::Curvature::full>(false, 0, sums));
+  Vector<double, 2> slope = Vector<double, 2>::Zero();
+  for (int k = steps; k > 0; --k) {
+    const auto& law = store.node(k).law;
+    const Square B = store.root(k).B, L = later[static_cast<std::size_t>(k)];
+    slope -= s.M.transpose() * ((0.1 * (k - 1) - (s.M * batch.x(k))(0)) / s.R(0, 0));
+    const Square C = Square::Identity() + noise * L, left = inverse(C);
+    const Vector<double, 2> moved = -(left * (noise * slope));
+    EXPECT_LE((B * law.offset - moved).norm(), 1e-12 * (1 + moved.norm())) << k;
+    EXPECT_LE((d.F + B * law.gain - left * d.F).norm(), 1e-12) << k;
+    slope = d.F.transpose() * (slope + L * moved);
+  }
+}
+
 }  // namespace

@@ -46,9 +46,11 @@ struct Robot {
     return {x(0) + c * at.control(0) - s * at.control(1), x(1) + s * at.control(0) + c * at.control(1),
             x(2) + at.control(2)};
   }
-  jml::Matrix<double, 3, 3> dynamics_jacobian(const jml::Vector<double, 3>& x, const At& at) const {
-    const double c = std::cos(x(2)), s = std::sin(x(2));
-    jml::Matrix<double, 3, 3> J = jml::Matrix<double, 3, 3>::Identity();
+  template <typename T>
+  jml::Matrix<T, 3, 3> dynamics_jacobian(const jml::Vector<T, 3>& x, const At& at) const {
+    using std::cos, std::sin;
+    const T c = cos(x(2)), s = sin(x(2));
+    jml::Matrix<T, 3, 3> J = jml::Matrix<T, 3, 3>::Identity();
     J(0, 2) = -s * at.control(0) - c * at.control(1);
     J(1, 2) = c * at.control(0) - s * at.control(1);
     return J;

@@ -14,6 +14,7 @@
 #pragma once
 
 #include <jml/factors.hpp>
+#include <jml/model/dual.hpp>
 
 namespace jml::detail {
 
@@ -49,17 +50,47 @@ struct PassSums {
 template <typename Scalar>
 inline constexpr Scalar most_noise = std::is_same_v<Scalar, float> ? Scalar(1e-2) : Scalar(1e-7);
 
-/// One measurement of the node: mᵀR⁻¹m and -mᵀR⁻¹r.
+/// One measurement of the node: mᵀR⁻¹m and -mᵀR⁻¹r, with R = L D Lᵀ.
 template <typename Scalar, int n, int p>
 JML_INLINE inline void add_measurement(const Matrix<Scalar, p, n>& m_x,
                                        const kernel::SymmetricFactor<Scalar, p>& R,
                                        const Vector<Scalar, p>& residual, CostToGo<Scalar, n>& v) {
-  Matrix<Scalar, n, p> mT, half, scaled, mR;
-  kernel::repeat<p>([&](int j)
-                        JML_INLINE { kernel::repeat<n>([&](int i) JML_INLINE { mT(i, j) = m_x(j, i); }); });
-  R.right_solve(mT, half, scaled, mR);                                           // mᵀ R⁻¹
-  kernel::add_symmetric_product<1>(v.information, scaled, half, v.information);  // Λ + mᵀ R⁻¹ m
-  kernel::add_product<-1>(v.slope, mR, residual, v.slope);                       // λ - mᵀ R⁻¹ r
+  if constexpr (n <= 3 && p <= 3) {  // without the entries of m that the compiler knows to be zero
+    Matrix<Scalar, n, p> half, scaled;
+    Vector<Scalar, p> e;
+    kernel::repeat<p>([&](int j) JML_INLINE {
+      e(j) = residual(j);
+      kernel::repeat<p>([&](int k) JML_INLINE {
+        if (k < j) e(j) -= R.lower(j, k) * e(k);  // L⁻¹ r
+      });
+      kernel::repeat<n>([&](int i) JML_INLINE {
+        Scalar sum = m_x(j, i);
+        kernel::repeat<p>([&](int k) JML_INLINE {
+          if (k < j && !surely_zero(half(i, k))) sum -= half(i, k) * R.lower(j, k);
+        });
+        half(i, j) = sum;                                                           // mᵀ L⁻ᵀ
+        scaled(i, j) = surely_zero(sum) ? Scalar(0) : sum * R.inverse_diagonal(j);  // mᵀ L⁻ᵀ D⁻¹
+        if (!surely_zero(sum)) v.slope(i) -= scaled(i, j) * e(j);                   // λ - mᵀ R⁻¹ r
+      });
+    });
+    kernel::repeat<n>([&](int j) JML_INLINE {
+      kernel::repeat<n>([&](int i) JML_INLINE {
+        if (i < j) return;
+        kernel::repeat<p>([&](int k) JML_INLINE {  // Λ + mᵀ R⁻¹ m
+          if (!surely_zero(half(i, k)) && !surely_zero(half(j, k)))
+            v.information(i, j) += scaled(i, k) * half(j, k);
+        });
+        v.information(j, i) = v.information(i, j);
+      });
+    });
+  } else {
+    Matrix<Scalar, n, p> mT, half, scaled, mR;
+    kernel::repeat<p>([&](int j)
+                          JML_INLINE { kernel::repeat<n>([&](int i) JML_INLINE { mT(i, j) = m_x(j, i); }); });
+    R.right_solve(mT, half, scaled, mR);                                           // mᵀ R⁻¹
+    kernel::add_symmetric_product<1>(v.information, scaled, half, v.information);  // Λ + mᵀ R⁻¹ m
+    kernel::add_product<-1>(v.slope, mR, residual, v.slope);                       // λ - mᵀ R⁻¹ r
+  }
 }
 
 /// What it adds under a robust loss of slope ρ' and bend β: ρ' mᵀR⁻¹m - β (mᵀR⁻¹r)(mᵀR⁻¹r)ᵀ and -ρ' mᵀR⁻¹r.
@@ -84,9 +115,9 @@ template <typename Scalar, int n, int p>
 enum class Rounding { ignored, bounded, counted };
 
 /// What of ε N reaches the unknowns b is Bᵀ N B against C = I + Bᵀ Λ B; and through the step an error goes as
-/// Λ does, N ← (A + B K)ᵀ N (A + B K), to which the rounding of what is left adds Aᵀ diag(Λ) A. Over all
-/// steps the sum is Σ tr(ε diag(Λ) P) with the covariances P given all data. `minus_C`: -C, factored. Returns
-/// what is added to sums.noise.
+/// Λ does, N ← (A + B K)ᵀ N (A + B K), to which the rounding of what is left adds the diagonal of
+/// Aᵀ diag(Λ) A. Over all steps the sum is Σ tr(ε diag(Λ) P) with the covariances P given all data, and that
+/// of what was left. `minus_C`: -C, factored. Returns what is added to sums.noise.
 template <typename Scalar, int n, int q>
 [[nodiscard]] JML_INLINE inline Scalar count_rounding(const Matrix<Scalar, n, n>& A,
                                                       const Matrix<Scalar, n, q>& B,
@@ -133,7 +164,7 @@ JML_INLINE inline bool pass_dynamics(const Matrix<Scalar, n, n>& A, const Matrix
                                      Feedback<Scalar, n, q>& law, PassSums<Scalar>& sums) {
   Vector<Scalar, n> slope;
   kernel::assign(slope, v.slope);
-  Matrix<Scalar, n, n> rest;
+  Matrix<Scalar, n, n> rest, half_way;
   bool regular = true;
   kernel::SymmetricFactor<Scalar, q> factor;
   if constexpr (q > 0) {
@@ -147,13 +178,26 @@ JML_INLINE inline bool pass_dynamics(const Matrix<Scalar, n, n>& A, const Matrix
       if (!regular) return false;
     }
     kernel::scale(factor.inverse_diagonal, Scalar(-1), factor.inverse_diagonal);  // now of -C
-    factor.right_solve(U, half, scaled, right);                                   // -U C⁻¹
     Vector<Scalar, q> g;
     kernel::add_transposed_product<1>(b, B, slope, g);  // g = b̃ + Bᵀ λ
     const Vector<Scalar, q> k = factor.solve(g);        // -C⁻¹ g
     kernel::assign(law.offset, k);
     sums.decrease -= kernel::dot(g, k) / Scalar(2);
     if constexpr (rounding != Rounding::ignored) sums.cost += kernel::squared_norm(b) / Scalar(2);
+    if constexpr (rounding == Rounding::ignored && n <= 3 && q <= 3) {
+      // By W = Aᵀ U, where that is cheap: Aᵀ Λ A does not wait for C, and a step waits for the one before it.
+      Matrix<Scalar, n, q> W;
+      kernel::transposed_product(A, U, W);
+      kernel::product(v.information, A, half_way);
+      kernel::symmetric_transposed_product(A, half_way, rest);
+      factor.right_solve(W, half, scaled, right);  // -W C⁻¹ = Kᵀ
+      kernel::assign(law.gain, kernel::transposed(right));
+      kernel::add_symmetric_product<1>(rest, scaled, half, v.information);  // Aᵀ Λ A - W C⁻¹ Wᵀ
+      kernel::transposed_product(A, slope, v.slope);
+      kernel::add_product<1>(v.slope, W, k, v.slope);  // Aᵀ λ + W k
+      return true;
+    }
+    factor.right_solve(U, half, scaled, right);                           // -U C⁻¹
     kernel::add_symmetric_product<1>(v.information, scaled, half, rest);  // Λ - U C⁻¹ Uᵀ
     kernel::add_product<1>(slope, U, k, slope);                           // λ + U k
     kernel::transposed_product(right, A, law.gain);                       // K = -C⁻¹ Uᵀ A
@@ -177,10 +221,9 @@ JML_INLINE inline bool pass_dynamics(const Matrix<Scalar, n, n>& A, const Matrix
     });
     kernel::assign(v.noise, before);
   }
-  Matrix<Scalar, n, n> restA;
-  kernel::product(rest, A, restA);                                // (Λ - U C⁻¹ Uᵀ) A
-  kernel::symmetric_transposed_product(A, restA, v.information);  // Λ ← Aᵀ (Λ - U C⁻¹ Uᵀ) A
-  kernel::transposed_product(A, slope, v.slope);                  // λ ← Aᵀ (λ + U k)
+  kernel::product(rest, A, half_way);                                // (Λ - U C⁻¹ Uᵀ) A
+  kernel::symmetric_transposed_product(A, half_way, v.information);  // Λ ← Aᵀ (Λ - U C⁻¹ Uᵀ) A
+  kernel::transposed_product(A, slope, v.slope);                     // λ ← Aᵀ (λ + U k)
   return regular;
 }
 

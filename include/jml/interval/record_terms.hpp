@@ -13,6 +13,9 @@ namespace jml::detail {
 /// What the backward pass takes for the curvature of f and m: none, or their second derivatives (Newton),
 /// where the quadratic model may turn out to have no minimum.
 enum class Curvature { none, full };
+/// A linear model, of `Traits`, has none.
+template <Curvature curvature, typename Traits>
+inline constexpr bool bends = curvature == Curvature::full && !Traits::linear;
 
 /// a += b, of which the lower triangle is read.
 template <typename Scalar, int n>
@@ -51,14 +54,14 @@ JML_INLINE inline void add_record(const Record& record, const Loss& loss, const 
     if (bent) bent_by = value.bend;
   }
   Matrix<Scalar, p, n> m_x;
-  if constexpr (curvature == Curvature::full) {
+  if constexpr (bends<curvature, SensorTraits<decltype(record.sensor)>>) {
     Vector<Scalar, p> weights;
     kernel::scale(weights, -slope, record.R.solve(residual));  // -ρ' R⁻¹ r
     Matrix<Scalar, n, n> bend;
     measurement_jacobian_and_hessian(record.sensor, x, weights, at, m_x, bend);
     add_symmetric(v.information, bend);
   } else {
-    m_x = measurement_jacobian(record.sensor, x, at);
+    kernel::assign(m_x, measurement_jacobian(record.sensor, x, at));
   }
   if constexpr (curvature == Curvature::none) sums.cost += rho / Scalar(2);
   if (robust) {

@@ -154,10 +154,10 @@ class Sweep {
       const auto& root = store_.root(j);
       if constexpr (rounding == Rounding::bounded && !NoiseRoot<Scalar, D>::constant) note_inputs(root.B);
       Matrix<Scalar, n, n> A, bend;
-      if constexpr (curvature == Curvature::full)
+      if constexpr (bends<curvature, DynamicsTraits<D>>)
         dynamics_jacobian_and_hessian(store_.dynamics(), previous, v.slope, node.at(), A, bend);
       else
-        A = dynamics_jacobian(store_.dynamics(), previous, node.at());
+        kernel::assign(A, dynamics_jacobian(store_.dynamics(), previous, node.at()));
       Vector<Scalar, q> b = kernel::zeros<Vector<Scalar, q>>();
       if constexpr (infeasible) {
         X defect;
@@ -172,7 +172,7 @@ class Sweep {
         const auto pass = [&](const auto& B, const auto& nominal)
                               JML_INLINE { return pass_dynamics(A, B, nominal, damping, v, node.law, sums); };
         if (!through_step(store_, j, b, node.law, sums, pass)) return stop_at(j, v), false;
-        add_symmetric(v.information, bend);
+        if constexpr (bends<curvature, DynamicsTraits<D>>) add_symmetric(v.information, bend);
       } else {
         valid &=
             through_step(store_, j, b, node.law, sums, [&](const auto& B, const auto& nominal) JML_INLINE {
