@@ -116,8 +116,7 @@ class Sweep {
     }
     auto& prior = store_.prior();
     sum += kernel::squared_norm(prior.weighted(now) + kernel::transposed(prior.L) * v.slope);
-    const Scalar norm = std::sqrt(sum);
-    return std::isfinite(norm) ? norm : std::numeric_limits<Scalar>::infinity();
+    return std::isfinite(sum) ? std::sqrt(sum) : std::numeric_limits<Scalar>::infinity();
   }
 
   [[nodiscard]] Status diagnose() { return why_not_linear(store_); }  ///< why the nominal is not linearised
@@ -197,7 +196,7 @@ class Sweep {
     X x, off;
     kernel::add_product<1>(prior.x, prior.L, prior.a[next], x);  // x_0 = x̂_0 + L a
     [[maybe_unused]] std::conditional_t<in_two, BothInDigits<D, Scalar>, NotInDigits> both(store_);
-    if constexpr (in_two) both.begin(prior, now, next, infeasible, x);
+    if constexpr (in_two) both.begin(prior, now, next, !follows_exactly(infeasible), x);
     for (int j = 0;; ++j) {
       auto& node = store_.node(j);
       kernel::assign(node.x[next], x);
@@ -229,13 +228,13 @@ class Sweep {
     return all_finite(x) ? cost + squares / Scalar(2) : std::numeric_limits<Scalar>::quiet_NaN();
   }
 
-  JML_RARE Scalar forward_in_two(bool infeasible) { return forward_by<true>(infeasible); }
-  /// The nominal begins at x̂_0 + L a in more digits than it is kept in.
+  JML_RARE Scalar forward_in_two(bool by) { return led_[store_.next()] = true, forward_by<true>(by); }
+  /// The nominal was led along in twice the digits. Dynamics that expand lead away from any other.
   [[nodiscard]] bool follows_exactly(bool infeasible) const {
-    if constexpr (by_digits) return !infeasible && (by_two_ || AllDigits<D, Scalar>::known(store_.start()));
+    if constexpr (by_digits)
+      return !infeasible && (led_[store_.now()] || AllDigits<D, Scalar>::known(store_.start()));
     return false;
   }
-
   JML_INLINE void stop_at(int node, const CostToGo<Scalar, n>& v) {
     stop_.node = node;
     kernel::assign(stop_.information, v.information);
@@ -293,7 +292,7 @@ class Sweep {
   Loss loss_;
   Stop stop_{};
   X inputs_ = kernel::zeros<X>();
-  bool by_two_ = false;  // the states are led along in twice the digits
+  bool by_two_ = false, led_[3] = {};  // the states are led along in twice the digits; a trajectory was
 };
 
 }  // namespace jml::detail
